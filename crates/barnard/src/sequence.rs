@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::image::{Display, Level, Output, Tone};
 use crate::plan::{Choices, Options, Plan};
 use crate::properties::{Section, Table, Value};
-use crate::scene::{Loader, Provenance, Scene};
+use crate::scene::{Film, Loader, Provenance, Scene};
 
 /// A scene that changes from moment to moment, as it was said.
 #[derive(Debug, Clone)]
@@ -116,7 +116,7 @@ impl Follower {
                 scene
             }
             _ => {
-                let scene = Scene::still(&still, name, loader).map_err(at_moment)?;
+                let scene = Scene::still(&still, name, loader, Some(Film { timeline, tree, time })).map_err(at_moment)?;
                 Scene { timeline: Some(timeline.clone()), provenance: provenance.clone(), ..scene }
             }
         };

@@ -13,16 +13,18 @@ fn main() -> std::io::Result<()> {
     for benchmark in BENCHMARKS {
         let [outward, spot] =
             [Diffuse::Outward, Diffuse::OnTheSpot].map(|diffuse| benchmark.rows(&benchmark.sphere(diffuse, &Accuracy::REFERENCE)));
+        let isotropic = benchmark.rows(&benchmark.isotropic(&Accuracy::REFERENCE));
         tables += &format!(
-            "\n**{}**: {} K, Q(H) = {:.3e} s⁻¹\n\n| quantity | median | range | outward | on the spot |\n|---|---|---|---|---|\n",
+            "\n**{}**: {} K, Q(H) = {:.3e} s⁻¹\n\n| quantity | median | range | isotropic | outward | on the spot |\n|---|---|---|---|---|---|\n",
             benchmark.name, benchmark.temperature, benchmark.photons
         );
-        for (row, spot) in outward.iter().zip(&spot) {
+        for ((row, outward), spot) in isotropic.iter().zip(&outward).zip(&spot) {
             let [low, high] = row.range();
             let number = |value: f64| if value > 100.0 { format!("{value:.0}") } else { format!("{:.*}", digits(value), value) };
             let mark = if row.is_within(0.1) { "" } else { " *" };
             let (median, low, high) = (number(row.median()), number(low), number(high));
-            tables += &format!("| {} | {median} | {low} to {high} | {}{mark} | {} |\n", row.quantity, number(row.own), number(spot.own));
+            let [own, outward, spot] = [row, outward, spot].map(|row| number(row.own));
+            tables += &format!("| {} | {median} | {low} to {high} | {own}{mark} | {outward} | {spot} |\n", row.quantity);
         }
     }
     std::fs::write(&path, format!("{before}{begin}{tables}\n{end}{after}"))

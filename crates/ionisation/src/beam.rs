@@ -5,14 +5,16 @@
 //!
 //! Light that recombinations make goes in all directions, and is carried outward along the star's rays. Where its free
 //! path is long beside the distance r from the star it gets away; where it is short, what the gas around takes of it is
-//! what it makes, but for a part (ℓ/r)². Both are had with an opacity of κ (1 + 3 κ r), (G4) of docs/gas.md. Photons are
-//! kept whatever the factor; beside a wall that a far star shines on it is as if light stayed where it is made.
+//! what it makes, but for a part of the order of (ℓ/r)². Both are had with an opacity of κ (1 + κ r/2), (G4) of docs/gas.md,
+//! which is held to light in all directions (`Sphere::isotropic`). Photons are kept whatever the factor; beside a wall that
+//! a far star shines on it is as if light stayed where it is made.
 
 use spectra::constants::SPHERE;
 
 use crate::atoms::{ELEMENTS, HYDROGEN_EV};
 use crate::balance::{Accuracy, Gas, SLOPE, State};
 use crate::light::{ByNode, IonisingLight, OWN_NODES};
+use crate::own::OwnLight;
 use crate::packet::{Packet, Trial};
 
 /// The first step from the star itself, in parts of the way that there is \[1\].
@@ -37,6 +39,8 @@ pub struct Beam<'a> {
     next_cm: f64,
     /// The step that it is at.
     attempt: Option<Attempt>,
+    /// The gas's own light, where it is known already.
+    field: Option<&'a OwnLight>,
 }
 
 /// A step whose gas is not known yet.
@@ -141,7 +145,15 @@ impl<'a> Beam<'a> {
             near: Near { state, hydrogen: 1.0, flux: 0.0, own: [0.0; OWN_NODES], slope: SLOPE },
             next_cm: f64::INFINITY,
             attempt: None,
+            field: None,
         }
+    }
+
+    /// Has the gas's own light be one that is known, in place of what the beam carries outward.
+    #[must_use]
+    pub fn under(mut self, field: &'a OwnLight) -> Self {
+        self.field = Some(field);
+        self
     }
 
     /// Has the beam meet first what another one met last, or gas like it.
@@ -180,7 +192,8 @@ impl<'a> Beam<'a> {
         let area = self.solid_angle * mean_square(inner, thickness);
         let flux = self.light.ionising_of(&self.photons) / area;
         let (state, own) = self.near.at(hydrogen, flux);
-        let trial = Trial { hydrogen, inner, thickness, area, state, own, slope: self.near.slope };
+        let known = self.field.map(|field| field.at(inner + 0.5 * thickness));
+        let trial = Trial { hydrogen, inner, thickness, area, state, own, slope: self.near.slope, known };
         packet.begin(lane, &self.photons, &trial);
         self.attempt = Some(Attempt { trial, most_cm, flux });
     }
@@ -199,7 +212,8 @@ impl<'a> Beam<'a> {
             return None;
         }
         for (node, photons) in self.photons.iter_mut().enumerate() {
-            let made = if node < OWN_NODES { outcome.own[node] * area * thickness * outcome.means[node] } else { 0.0 };
+            let made =
+                if node < OWN_NODES && self.field.is_none() { outcome.own[node] * area * thickness * outcome.means[node] } else { 0.0 };
             *photons = *photons * outcome.left[node] + made;
         }
         let step = Step {

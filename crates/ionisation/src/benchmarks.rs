@@ -77,6 +77,12 @@ impl Benchmark {
         Sphere::with_accuracy(self.gas, &light, diffuse, self.radii_cm, accuracy)
     }
 
+    /// The cloud in balance with its own light in all directions: what [`sphere`](Self::sphere) is held to.
+    pub fn isotropic(&self, accuracy: &Accuracy) -> Sphere {
+        let light = IonisingLight::blackbody(self.temperature, self.photons);
+        Sphere::isotropic(self.gas, &light, self.radii_cm, accuracy)
+    }
+
     /// The table of the benchmark, with what a sphere has.
     pub fn rows(&self, sphere: &Sphere) -> Vec<Row> {
         self.rows_of(&Found {

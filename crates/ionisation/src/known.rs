@@ -10,7 +10,7 @@ use crate::balance::{Gas, State};
 use crate::beam::{Beam, Step, mean_square, shell};
 use crate::cloud::{Cloud, PARSEC_CM, Quantity, Settings};
 use crate::lanes::LANES;
-use crate::light::{ABSORBERS, ByNode, IonisingLight, NODES, OWN_NODES, ion};
+use crate::light::{ABSORBERS, ByNode, DETOUR, IonisingLight, NODES, OWN_NODES, ion};
 use crate::lit::BEHIND;
 use crate::nodes::Nodes;
 use crate::packet::Packet;
@@ -74,7 +74,7 @@ pub fn dark(cloud: &Cloud, settings: &Settings, kind: &IonisingLight) -> ByNode 
 }
 
 /// The opacity of gas by node \[cm⁻¹\].
-fn opacity(light: &IonisingLight, gas: &Gas, state: &State) -> [f64; NODES] {
+pub(crate) fn opacity(light: &IonisingLight, gas: &Gas, state: &State) -> [f64; NODES] {
     let part = |ion: usize| {
         let (element, charge) = (ion / STAGES, ion % STAGES);
         gas.hydrogen * gas.abundances[element] * state.fractions[element][charge]
@@ -139,8 +139,8 @@ impl Slab<'_> {
         let part = self.part(step.inner_cm, step.thickness_cm);
         self.take(part, &step.state, quantities);
         for (node, (sum, depth)) in self.depths.iter_mut().zip(step.depths).enumerate() {
-            // That of the gas's own light has its detours in it: κ (1 + 3 κ r).
-            let detour = 6.0 * step.inner_cm / step.thickness_cm;
+            // That of the gas's own light has its detours in it: κ (1 + a κ r).
+            let detour = 2.0 * DETOUR * (step.inner_cm / step.thickness_cm + 0.5);
             *sum += if node < OWN_NODES && depth > 0.0 { 2.0 * depth / (1.0 + (1.0 + 2.0 * detour * depth).sqrt()) } else { depth };
         }
         self.own.iter_mut().zip(step.own).for_each(|(sum, own)| *sum += part * own);

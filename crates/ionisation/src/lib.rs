@@ -15,6 +15,7 @@ pub mod lanes;
 pub mod light;
 pub mod lit;
 mod nodes;
+pub mod own;
 pub mod packet;
 mod passes;
 pub mod patch;

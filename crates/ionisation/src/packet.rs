@@ -8,7 +8,7 @@ use crate::atoms::Element;
 use crate::balance::{Accuracy, Balance, Diffuse, Gas, Near, Photo, State, States, Thermostat};
 use crate::coefficients::Coefficients;
 use crate::lanes::{LANES, Lanes};
-use crate::light::{ABSORBERS, ByNode, IONS, IonisingLight, NODES, OWN_NODES, ion};
+use crate::light::{ABSORBERS, ByNode, DETOUR, IONS, IonisingLight, NODES, OWN_NODES, ion};
 
 /// Passes over a step, whose light depends on what it is: as many at least, so that gas which changes slowly from step to step
 /// does not lag behind, and at most.
@@ -34,6 +34,8 @@ pub struct Trial {
     pub own: [f64; OWN_NODES],
     /// How steeply heating, beside cooling, falls with ln T.
     pub slope: f64,
+    /// The flux of the gas's own light, where it is known from elsewhere \[s⁻¹ cm⁻²\]; else it is that of the beam itself.
+    pub known: Option<[f64; OWN_NODES]>,
 }
 
 /// What came of it.
@@ -72,6 +74,9 @@ pub struct Packet<'a> {
     photons: [Lanes; NODES],
     states: States,
     own: [Lanes; OWN_NODES],
+    /// The flux of the gas's own light \[s⁻¹ cm⁻²\], and in which lanes (one, else zero) it is known.
+    known: [Lanes; OWN_NODES],
+    is_known: Lanes,
     /// The part of each of [`ABSORBERS`] that weakens the light.
     absorbing: [Lanes; ABSORBERS.len()],
     thermostat: Thermostat,
@@ -103,6 +108,8 @@ impl<'a> Packet<'a> {
             photons: [Lanes::ZERO; NODES],
             states,
             own: [Lanes::ZERO; OWN_NODES],
+            known: [Lanes::ZERO; OWN_NODES],
+            is_known: Lanes::ZERO,
             absorbing: [Lanes::ZERO; ABSORBERS.len()],
             thermostat: Thermostat::new(accuracy.settled),
             coefficients,
@@ -123,6 +130,8 @@ impl<'a> Packet<'a> {
     pub fn begin(&mut self, lane: usize, photons: &ByNode, trial: &Trial) {
         self.photons.iter_mut().zip(photons).for_each(|(own, photons)| own[lane] = *photons);
         self.own.iter_mut().zip(trial.own).for_each(|(own, value)| own[lane] = value);
+        self.is_known[lane] = if trial.known.is_some() { 1.0 } else { 0.0 };
+        self.known.iter_mut().zip(trial.known.unwrap_or_default()).for_each(|(own, value)| own[lane] = value);
         (self.hydrogen[lane], self.inner[lane]) = (trial.hydrogen, trial.inner);
         (self.thickness[lane], self.area[lane]) = (trial.thickness, trial.area);
         self.states.put(lane, &trial.state);
@@ -184,6 +193,7 @@ impl<'a> Packet<'a> {
         let dust = self.hydrogen * self.gas.dust_cm2;
         let mut falls = [Lanes::ZERO; ABSORBERS.len()];
         let per_area = Lanes::ONE / self.area;
+        let distance = self.inner + self.thickness * 0.5;
         for node in 0..nodes {
             let mut opacity = dust;
             for (ion, sigma) in &self.light.metals[node] {
@@ -195,7 +205,7 @@ impl<'a> Packet<'a> {
             let opacity = opacity.at_least(0.0);
             let is_own = node < OWN_NODES;
             // How much longer the ways of the gas's own light are than the way outward.
-            let detour = if is_own { opacity * self.inner * 3.0 + 1.0 } else { Lanes::ONE };
+            let detour = if is_own { opacity * distance * DETOUR + 1.0 } else { Lanes::ONE };
             let depth = opacity * self.thickness * detour;
             let left = depth.decay();
             let inverse = Lanes::ONE / depth.at_least(f64::MIN_POSITIVE);
@@ -210,8 +220,9 @@ impl<'a> Packet<'a> {
                 let parting = depth.above(1e-2, (part - falling) * inverse, Lanes::splat(1.0 / 6.0));
                 let made = self.own[node] * self.thickness;
                 flux += made * part;
-                steep = (incoming * falling + made * parting) * self.thickness * (detour * 2.0 - 1.0) * detour - flux * self.inner * 3.0;
-                flux = flux * detour;
+                steep = (incoming * falling + made * parting) * self.thickness * (detour * 2.0 - 1.0) * detour - flux * distance * DETOUR;
+                flux = self.is_known.above(0.5, self.known[node], flux * detour);
+                steep = self.is_known.above(0.5, Lanes::ZERO, steep);
                 self.means[node] = mean;
             }
             for number in 0..ABSORBERS.len() {

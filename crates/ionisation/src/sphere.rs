@@ -5,7 +5,9 @@ use spectra::constants::SPHERE;
 use crate::atoms::{Atoms, Element, LineTable};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
-use crate::light::{ByNode, IonisingLight};
+use crate::known::opacity;
+use crate::light::{ByNode, IonisingLight, OWN_NODES};
+use crate::own::{OwnLight, Source};
 use crate::packet::Packet;
 
 /// A cloud of one density and a hole in its middle, and its shells.
@@ -27,7 +29,48 @@ impl Sphere {
 
     /// The same, as exact as is said.
     pub fn with_accuracy(gas: Gas, light: &IonisingLight, diffuse: Diffuse, radii_cm: [f64; 2], accuracy: &Accuracy) -> Self {
+        Self::under(gas, light, diffuse, radii_cm, accuracy, None)
+    }
+
+    /// A cloud whose own light goes in all directions: solved again and again under the light of the last solution, until
+    /// the ions of hydrogen, and the temperature weighted by them, move by less than 1e-4.
+    pub fn isotropic(gas: Gas, light: &IonisingLight, radii_cm: [f64; 2], accuracy: &Accuracy) -> Self {
+        /// Turns at most.
+        const TURNS: usize = 40;
+        /// See above.
+        const SETTLED: f64 = 1e-4;
+        let mut sphere = Self::under(gas, light, Diffuse::Outward, radii_cm, accuracy, None);
+        for _ in 0..TURNS {
+            let field = sphere.own_light(light);
+            let mut next = Self::under(gas, light, Diffuse::Outward, radii_cm, accuracy, Some(&field));
+            next.left[..OWN_NODES].copy_from_slice(&field.left);
+            let pairs = |sphere: &Self| sphere.sum(|state| state.pairs(&gas));
+            let moved = (pairs(&next) / pairs(&sphere) - 1.0).abs().max((next.temperature() / sphere.temperature() - 1.0).abs());
+            sphere = next;
+            if moved < SETTLED {
+                break;
+            }
+        }
+        sphere
+    }
+
+    /// The light that its shells make, in all directions.
+    pub fn own_light(&self, light: &IonisingLight) -> OwnLight {
+        let mut edges: Vec<f64> = self.shells.iter().map(|shell| shell.inner_cm).collect();
+        edges.extend(self.shells.last().map(|shell| shell.inner_cm + shell.thickness_cm));
+        let of = |shell: &Step| {
+            let opacity = opacity(light, &self.gas, &shell.state);
+            std::array::from_fn(|node| Source { made: shell.own[node], opacity: opacity[node] })
+        };
+        OwnLight::new(&edges, &self.shells.iter().map(of).collect::<Vec<_>>())
+    }
+
+    /// See [`with_accuracy`](Self::with_accuracy); the flux of its own light may be known.
+    fn under(gas: Gas, light: &IonisingLight, diffuse: Diffuse, radii_cm: [f64; 2], accuracy: &Accuracy, field: Option<&OwnLight>) -> Self {
         let mut beam = Beam::new(light, accuracy, SPHERE, radii_cm[0]);
+        if let Some(field) = field {
+            beam = beam.under(field);
+        }
         let mut packet = Packet::new(light, diffuse, accuracy, gas);
         let mut shells = Vec::new();
         while beam.radius_cm < radii_cm[1] * (1.0 - 1e-12) && !beam.is_used_up() {

@@ -8,7 +8,7 @@
 //! | Γ | ionisations of H⁰ by the light that comes in | s⁻¹ |
 //! | κ | opacity | cm⁻¹ |
 
-use crate::light::{IonisingLight, OWN_NODES};
+use crate::light::{DETOUR, IonisingLight, OWN_NODES};
 use crate::nodes::{Nodes, PLACES};
 
 /// By how much gas may be more or less opaque at once than it was.
@@ -106,7 +106,7 @@ pub(crate) fn cross(photons: &mut Nodes, voxel: &Voxel, crossing: &Crossing, lig
     let (response, made) = if voxel.rate > 0.0 && all > 0.0 { voxel.answer(all / voxel.rate) } else { (1.0, 0.0) };
     // The ray has of the gas's own light what it has of what ionises it.
     let made = if made > 0.0 { (f64::from(made * rate / all) * thickness / undimmed).min(MOST_MADE) as f32 } else { 0.0 };
-    let (way, detour) = (thickness as f32, 3.0 * inner as f32);
+    let (way, detour) = (thickness as f32, (DETOUR * (inner + 0.5 * thickness)) as f32);
     let depth = Nodes::each(|place| {
         let gas = voxel.opacity[place] - voxel.dust;
         let opacity = voxel.dust + if gas > 0.0 { gas * response } else { 0.0 };

@@ -12,8 +12,12 @@ const RANGE: f64 = 10.0;
 /// The levels that are held.
 #[derive(Default)]
 pub struct Exposure {
-    held: Option<Held>,
+    /// The latest last: who goes back to a palette finds its levels as they were.
+    held: Vec<Held>,
 }
+
+/// Most levels that are held.
+const MOST: usize = 16;
 
 /// Levels, and what they were measured for.
 struct Held {
@@ -39,8 +43,8 @@ impl Exposure {
                 && held.balance == display.balance;
             same && (held.settled || !settled) && !(settled && held.is_off(display, image))
         };
-        let held = match self.held.take().filter(holds) {
-            Some(held) => held,
+        let held = match self.held.iter().position(holds) {
+            Some(known) => self.held.remove(known),
             None => Held {
                 asked,
                 bands: image.bands.iter().map(|band| band.name.clone()).collect(),
@@ -59,7 +63,10 @@ impl Exposure {
             Level::Radiance(white) => white,
         };
         let tone = Tone { black, white, stretch: display.stretch, ..held.tone.clone() };
-        self.held = Some(held);
+        // What was held of the same colours holds no longer.
+        self.held.retain(|own| !(own.palette == held.palette && own.balance == held.balance && own.bands == held.bands));
+        self.held.push(held);
+        self.held.drain(..self.held.len().saturating_sub(MOST));
         tone
     }
 }
@@ -105,6 +112,7 @@ mod tests {
         let balanced = Display { balance: !display.balance, ..display.clone() };
         let other = exposure.tone(1, &balanced, &image(15.0), true);
         assert_ne!(other.palette, display.palette, "bands are balanced anew");
+        assert_eq!(exposure.tone(1, &display, &image(0.9), true).white, 10.0 * settled, "whoever goes back finds what was held");
         let said = Display { white: Level::Radiance(7.0), ..balanced };
         assert_eq!(exposure.tone(1, &said, &image(15.0), true), Tone { white: 7.0, ..other });
     }

@@ -11,6 +11,8 @@ use crate::edit::{Edit, numbers, place_text, rounded};
 
 /// Turns of a drag over the whole width of the view [rad].
 const ORBIT: f64 = std::f64::consts::PI;
+/// How far apart places are one, as a part of the distance: texts round them.
+const SAME: f64 = 1e-3;
 /// Closest to and furthest from the middle of motion [pc].
 const REACH: (f64, f64) = (1e-6, 1e8);
 /// Fields of view that can be reached [rad].
@@ -31,18 +33,14 @@ impl Flight {
     /// A flight that begins at the scene's own view.
     pub fn of(scene: &Scene) -> Self {
         let camera = centred(&scene.camera);
-        let distance = match scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()))
-        {
-            Some(bounds) => (0.5 * (bounds.low + bounds.high) - camera.position).dot(camera.forward),
-            None => camera.position.length(),
-        };
-        let distance = if distance > REACH.0 { distance } else { 1.0 };
+        let distance = distance_to_middle(scene, &camera);
         Self { pivot: camera.position + distance * camera.forward, speed: 0.15 * distance, camera }
     }
 
-    /// Another camera, from the same scene's text.
-    pub fn take(&mut self, camera: &Camera) {
-        let distance = self.distance();
+    /// Another camera of a scene: it moves around the middle of the cloud, or as far ahead as before where it looks from the same place.
+    pub fn take(&mut self, scene: &Scene, camera: &Camera) {
+        let stays = (camera.position - self.camera.position).length() < SAME * self.distance();
+        let distance = if stays { self.distance() } else { distance_to_middle(scene, camera) };
         self.camera = centred(camera);
         self.pivot = camera.position + distance * camera.forward;
     }
@@ -218,6 +216,16 @@ impl Flight {
 /// A camera as the explorer flies it: a part of an image is looked at as an image of its own.
 fn centred(camera: &Camera) -> Camera {
     Camera { offset: (0.0, 0.0), ..camera.clone() }
+}
+
+/// How far ahead of a camera the middle of a scene's cloud is \[pc\].
+fn distance_to_middle(scene: &Scene, camera: &Camera) -> f64 {
+    let bounds = scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()));
+    let distance = match bounds {
+        Some(bounds) => (0.5 * (bounds.low + bounds.high) - camera.position).dot(camera.forward),
+        None => camera.position.length(),
+    };
+    if distance > REACH.0 { distance } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -49,11 +49,17 @@ const NAME: &str = "barnard";
 /// Opens the window and returns when it is closed.
 ///
 /// # Errors
-/// Where the scene cannot be read, and where there is no screen.
+/// Where there is no screen.
 pub fn open(start: Start) -> Result<(), ViewerError> {
     let began = Instant::now();
-    // A scene that is wrong is told where the command was given.
-    let document = start.scene.as_ref().map(|origin| Document::of(origin, start.memory_limit)).transpose()?;
+    // A scene that is wrong is told where the command was given, and in the window, which shows another one.
+    let (document, wrong) = match start.scene.as_ref().map(|origin| Document::of(origin, start.memory_limit)).transpose() {
+        Ok(document) => (document, None),
+        Err(error) => {
+            eprintln!("barnard: {error}");
+            (Some(Document::builtin(barnard_files::builtin::SCENES[0].name, start.memory_limit)?), Some(error))
+        }
+    };
     let mut session = Session::new(eframe::storage_dir(NAME));
     let (document, words) = begun(document, &mut session, start.memory_limit)?;
     // The first picture is made while the window opens.
@@ -81,6 +87,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         app.timings = start.timings.then(|| Timings::since(began));
         words.into_iter().for_each(|words| app.tell(words));
         lent.err().into_iter().for_each(|error| app.complain(error));
+        wrong.into_iter().for_each(|error| app.complain(format!("{error} (a built-in scene is shown; File, Open reads it again)")));
         app
     };
     drawn_by(renderers(is_real), app)

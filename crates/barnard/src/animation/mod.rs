@@ -9,6 +9,8 @@ mod keyframes;
 mod path;
 mod track;
 
+use std::sync::{Arc, OnceLock};
+
 use glam::DVec3;
 use spectra::units::{Angle, Quantity, Time};
 
@@ -117,6 +119,8 @@ pub struct Timeline {
     tracks: Vec<(String, Track, Property)>,
     /// The frames.
     pub frames: Frames,
+    /// Frames from one solution of the gas to the next, once known.
+    pub(crate) solved_every: Arc<OnceLock<f64>>,
 }
 
 impl Timeline {
@@ -135,7 +139,7 @@ impl Timeline {
         let tracks = root.tables("animation")?.iter().map(track).collect::<Result<Vec<_>>>()?;
         let end = tracks.iter().map(|(_, track, _)| track.end()).chain(path.as_ref().map(CameraPath::end)).fold(0.0, f64::max);
         let frames = frames(root.table("sequence")?.as_ref(), end)?;
-        Ok(Some(Self { path, tracks, frames }))
+        Ok(Some(Self { path, tracks, frames, solved_every: Arc::default() }))
     }
 
     /// Whether the camera follows a path.

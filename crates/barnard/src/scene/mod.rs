@@ -13,6 +13,7 @@ mod display;
 mod dust;
 mod emission;
 mod fields;
+mod film;
 mod gas;
 mod glare;
 mod inspect;
@@ -38,6 +39,8 @@ pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
 pub use fields::Fields;
+use film::Between;
+pub(crate) use film::Film;
 pub use gas::ionised::Glow;
 pub use gas::{GasCloud, IonisedGas, IonisingStar};
 pub use inspect::inspect;
@@ -271,17 +274,18 @@ impl Scene {
     pub fn from_properties(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
         let inputs = loader.inputs.recording();
         match Timeline::build(&Section::root(table), &inputs)? {
-            None => Self::still(table, name, loader),
+            None => Self::still(table, name, loader, None),
             Some(timeline) => {
-                let mut scene = Self::still(&timeline.at(table, loader.moment)?, name, loader)?;
+                let film = Film { timeline: &timeline, tree: table, time: loader.moment };
+                let mut scene = Self::still(&timeline.at(table, loader.moment)?, name, loader, Some(film))?;
                 scene.inputs.extend(inputs.notes());
                 Ok(Self { timeline: Some(Arc::new(timeline)), ..scene })
             }
         }
     }
 
-    /// Reads a scene that does not change from its properties.
-    pub(crate) fn still(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
+    /// Reads a scene that does not change from its properties, one moment of a film perhaps.
+    pub(crate) fn still(table: &Table, name: &str, loader: &Loader, film: Option<Film>) -> Result<Self> {
         let root = &Section::root(table);
         root.check_keys(&ROOT.iter().map(|k| k.name).collect::<Vec<_>>())?;
         let loader = &loader.recording();
@@ -299,10 +303,7 @@ impl Scene {
             None => band::build(root, inputs)?,
         };
         let mut spectrograph = spectrograph.map(|(own, _)| own);
-        let mut stars = root.tables("star")?.iter().map(|s| star::build(s, inputs)).collect::<Result<Vec<_>>>()?;
-        for table in root.tables("star_table")? {
-            stars.extend_from_slice(&loader.stars(&table.said(), || star_table::build(&table, inputs))?);
-        }
+        let stars = star_table::stars(root, loader)?;
         let display = display::build(root.table("display")?.as_ref(), &bands)?;
         let observation = root.table("observation")?.map(|s| observation::build(&s)).transpose()?;
         let background = root.table("background")?.map(|s| Self::behind(&s, loader, observation.as_ref())).transpose()?;
@@ -322,8 +323,20 @@ impl Scene {
         }
         let mut ionised = None;
         if let Some(gas) = root.table("gas")? {
-            let said = format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(&stars), bands = band::said(&bands));
-            let made = loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, &stars, &bands))?;
+            let solved = |stars: &[Star]| {
+                let said =
+                    format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(stars), bands = band::said(&bands));
+                loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, stars, &bands))
+            };
+            let between = match film.as_ref().filter(|_| !loader.is_rough) {
+                Some(film) => film.around(&gas, &fields, loader)?,
+                None => None,
+            };
+            let made = match between {
+                None => solved(&stars)?,
+                Some(Between { stars: [earlier, _], part }) if part == 0.0 => solved(&earlier)?,
+                Some(Between { stars: [earlier, later], part }) => Arc::new(solved(&earlier)?.mixed(&*solved(&later)?, part)),
+            };
             for species in made.species.iter().cloned() {
                 at_rest.extend(species.2.lines().iter().map(|line| line.lambda_um));
                 emission.extend(Self::moving(&gas, &fields, species, &camera, loader)?);

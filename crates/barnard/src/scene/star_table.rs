@@ -9,7 +9,7 @@ use std::sync::Arc;
 use spectra::error::nearest;
 use spectra::units::QUANTITIES;
 
-use super::{Star, star};
+use super::{Loader, Star, star};
 use crate::data::{InputNote, Inputs, TextTable};
 use crate::error::{Error, Result};
 use crate::properties::{Key, Origin, Place, Property, Section, Table, Value};
@@ -225,4 +225,12 @@ impl Column {
             _ => Value::Text(cell.to_owned()),
         }
     }
+}
+/// The stars of a scene: those of its own, then those of its tables.
+pub(super) fn stars(root: &Section, loader: &Loader) -> Result<Vec<Star>> {
+    let mut stars = root.tables("star")?.iter().map(|s| star::build(s, &loader.inputs)).collect::<Result<Vec<_>>>()?;
+    for table in root.tables("star_table")? {
+        stars.extend_from_slice(&loader.stars(&table.said(), || build(&table, &loader.inputs))?);
+    }
+    Ok(stars)
 }

@@ -173,7 +173,8 @@ fn cross_voxel(voxel: u32, photons: ptr<function, array<vec4f, QUADS>>, inner: f
         made = min(brighter * absorbed / told.w * (rate / all) * min(thickness * star.edges.w / undimmed, MOST_MADE), MOST_MADE);
     }
     let way = thickness * star.edges.w;
-    let detour = 3.0 * inner * star.edges.w;
+    // DETOUR of crates/ionisation/src/light.rs.
+    let detour = 0.5 * (inner + 0.5 * thickness) * star.edges.w;
     var left = 0.0;
     for (var q = 0u; q < QUADS; q++) { // written out
         let known = select(spectrum[DARK + q] * more.z, voxels[first + q], is_lit);

@@ -36,7 +36,11 @@ pub const PALETTES: &[PaletteEntry] = &[
         build: rgb,
     },
     PaletteEntry { name: "sho", summary: "Hubble palette: [S II] red, H-alpha green, [O III] blue; needs three bands", build: sho },
-    PaletteEntry { name: "hoo", summary: "H-alpha red, [O III] green and blue; needs two bands", build: hoo },
+    PaletteEntry {
+        name: "hoo",
+        summary: "H-alpha red, [O III] green and blue; of two bands, or of the two of those lines among more",
+        build: hoo,
+    },
     PaletteEntry { name: "grey", summary: "the mean of all bands", build: |bands| Ok(Palette::grey(bands.len()).columns) },
 ];
 
@@ -114,8 +118,28 @@ fn sho(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
 }
 
 fn hoo(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
-    by_rank("hoo", bands, &[[0.0, 1.0, 1.0], [1.0, 0.0, 0.0]])
+    const OXYGEN: [f64; 3] = [0.0, 1.0, 1.0];
+    const HYDROGEN: [f64; 3] = [1.0, 0.0, 0.0];
+    let near = |lambda_um: f64| {
+        let apart = |band: &&Passband| (band.pivot().0 - lambda_um).abs();
+        let nearest = bands.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        nearest.filter(|band| apart(band) < NEAR_UM && band.width().0 < 2.0 * NEAR_UM).map(Passband::name)
+    };
+    match (near(0.500_82), near(0.656_46)) {
+        (Some(oxygen), Some(hydrogen)) if bands.len() > 2 => {
+            let colour = |band: &Passband| match band.name() {
+                name if name == oxygen => OXYGEN,
+                name if name == hydrogen => HYDROGEN,
+                _ => [0.0; 3],
+            };
+            Ok(bands.iter().map(colour).collect())
+        }
+        _ => by_rank("hoo", bands, &[OXYGEN, HYDROGEN]),
+    }
 }
+
+/// How far from a line the band may be that is taken for it, and half of how wide it may be \[µm\].
+const NEAR_UM: f64 = 0.008;
 
 /// A palette of one colour for each band, from blue to red.
 fn by_rank(name: &str, bands: &[Passband], colours: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
@@ -144,6 +168,24 @@ mod tests {
             };
             assert!(Palette::named(entry.name, &set(name).unwrap()).is_ok(), "{}", entry.name);
         }
+    }
+
+    /// Scenes of the Hubble palette have both lines of HOO: sulphur stays dark.
+    #[test]
+    fn hoo_finds_its_lines_among_more() {
+        for name in ["sho-3nm", "hst-wfc3-sho"] {
+            let bands = set(name).unwrap();
+            let palette = Palette::named("hoo", &bands).unwrap();
+            for (band, column) in bands.iter().zip(&palette.columns) {
+                let wanted = match band.pivot().nm() {
+                    nm if nm < 510.0 => [0.0, 1.0, 1.0],
+                    nm if nm < 660.0 => [1.0, 0.0, 0.0],
+                    _ => [0.0; 3],
+                };
+                assert_eq!(*column, wanted, "{}", band.name());
+            }
+        }
+        assert!(Palette::named("hoo", &set("johnson").unwrap()).is_err());
     }
 
     #[test]

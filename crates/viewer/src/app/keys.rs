@@ -23,6 +23,9 @@ impl App {
         if pressed(Modifiers::NONE, Key::F11) {
             ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!self.is_full(ctx)));
         }
+        if self.layout.help && pressed(Modifiers::NONE, Key::Escape) {
+            self.layout.help = false;
+        }
         if self.is_full(ctx) && pressed(Modifiers::NONE, Key::Escape) {
             ctx.send_viewport_cmd(ViewportCommand::Fullscreen(false));
         }

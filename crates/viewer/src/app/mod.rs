@@ -103,6 +103,10 @@ pub struct App {
     refined: Arc<AtomicU32>,
     /// When something moved last [s of the context].
     moved: f64,
+    /// When somebody changed something last \[s\]: gas that is known exactly now is no such change.
+    changed: f64,
+    /// Whether what is asked for is another since gas is known exactly.
+    is_refined: bool,
     /// The wish that waits for an answer about unsaved changes.
     leaving: Option<Leaving>,
 }
@@ -134,6 +138,8 @@ impl App {
             ordered: None,
             refined: Arc::default(),
             moved: f64::NEG_INFINITY,
+            changed: f64::NEG_INFINITY,
+            is_refined: false,
             leaving: None,
         }
     }
@@ -170,8 +176,9 @@ impl App {
     }
 
     fn after_change(&mut self, before: &barnard::scene::Scene) {
-        if self.document.scene().camera != before.camera {
-            self.flight.take(&self.document.scene().camera);
+        let scene = self.document.scene();
+        if scene.camera != before.camera {
+            self.flight.take(scene, &scene.camera);
         }
         if self.notice.as_ref().is_some_and(|n| n.error) {
             self.notice = None;
@@ -182,7 +189,7 @@ impl App {
     pub fn go_to(&mut self, bookmark: &str) -> bool {
         let scene = self.document.scene().clone();
         let Some(camera) = scene.bookmarks.get(bookmark) else { return false };
-        self.flight.take(camera);
+        self.flight.take(&scene, camera);
         true
     }
 
@@ -350,7 +357,10 @@ impl App {
     fn refine(&mut self, ctx: &Context, is_quiet: bool) {
         let before = self.document.scene().clone();
         match self.document.take_refined() {
-            Ok(true) => self.after_change(&before),
+            Ok(true) => {
+                self.is_refined = true;
+                self.after_change(&before);
+            }
             Ok(false) => {}
             Err(error) => self.complain(error),
         }
@@ -382,7 +392,7 @@ impl App {
             size: self.viewport.pixels.unwrap_or_default(),
             moving: self.ordered.as_ref().is_none_or(|ordered| ordered.moving),
             settled: self.is_settled(),
-            changed: self.moved,
+            changed: self.changed,
         };
         let Some(timings) = &mut self.timings else { return };
         if let Some(words) = timings.frame(ctx.input(|i| i.time), look) {

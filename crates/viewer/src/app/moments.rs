@@ -37,6 +37,13 @@ impl App {
         moments(self.document.toml().as_table())
     }
 
+    /// The moment nearest to a time \[s\] that one would write: that of a frame where the scene has frames, else a tenth of a second.
+    pub fn nearest_frame(&self, time: f64) -> f64 {
+        let frames = self.document.scene().timeline.as_ref().map(|timeline| timeline.frames);
+        let per_second = frames.map_or(10.0, |frames| frames.per_second);
+        (time * per_second).round() / per_second
+    }
+
     /// Shows another moment.
     pub fn seek(&mut self, time: f64) {
         let time = (1e3 * time.clamp(0.0, self.reach())).round() / 1e3;
@@ -44,8 +51,8 @@ impl App {
             Ok(()) => {
                 self.clock.time = time;
                 if self.document.moves_camera() {
-                    let camera = self.document.scene().camera.clone();
-                    self.flight.take(&camera);
+                    let scene = self.document.scene().clone();
+                    self.flight.take(&scene, &scene.camera);
                 }
             }
             Err(error) => {
@@ -122,7 +129,7 @@ impl App {
         let mut edit = Edit::remove("camera", "path").and(Edit::remove("camera", "crop"));
         for (i, camera) in scene.bookmarks.values().enumerate() {
             let mut flight = self.flight.clone();
-            flight.take(camera);
+            flight.take(&scene, camera);
             edit = edit.and(keyed(&flight, BETWEEN * i as f64));
         }
         if scene.bookmarks.len() < 2 {

@@ -58,6 +58,9 @@ impl App {
         let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && o.exposure == self.exposure && same_views(o));
         if !same {
             self.moved = now;
+            if !std::mem::take(&mut self.is_refined) {
+                self.changed = now;
+            }
         }
         let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving() || self.clock.playing);
         if moving {
@@ -73,7 +76,8 @@ impl App {
             let edit = self.flight.edit();
             if self.flight_is_new() {
                 self.apply(edit);
-                self.flight.take(&self.document.scene().camera.clone());
+                let scene = self.document.scene().clone();
+                self.flight.take(&scene, &scene.camera);
                 self.document.rest();
                 ctx.request_repaint();
                 return;

@@ -1,9 +1,9 @@
 //! Stars, filters, dust and gas: their spectra in one plot, and every key that the scene has of them.
 
-use barnard::glam::DVec3;
 use barnard::scene::Scene;
 use eframe::egui::{self, Color32, Ui};
 use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints, Points, VLine};
+use spectra::constants::SOLAR_LUMINOSITY;
 use spectra::passband::Passband;
 use toml_edit::{ArrayOfTables, Item, Table, Value};
 
@@ -85,8 +85,14 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
             app.document.scene().emission.iter().take(own).map(|e| e.name.clone()).collect()
         }
     };
+    // Whoever adds one sees its keys.
+    let is_new = |ui: &Ui, i: usize| ui.data(|data| data.get_temp::<usize>(added(name))) == Some(i);
     for (i, title) in titles.iter().enumerate() {
-        egui::CollapsingHeader::new(title).id_salt((name, i)).default_open(i == 0).show(ui, |ui| {
+        let open = is_new(ui, i).then(|| {
+            ui.data_mut(|data| data.remove::<usize>(added(name)));
+            true
+        });
+        let header = egui::CollapsingHeader::new(title).id_salt((name, i)).default_open(i == 0).open(open).show(ui, |ui| {
             editor::keys(ui, &app.document, &format!("{name}.{i}"), edits);
             if name == "emission" {
                 lines(ui, app, i, edits);
@@ -95,17 +101,54 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
                 edits.push(Edit::drop(name, i));
             }
         });
+        if open.is_some() {
+            header.header_response.scroll_to_me(Some(egui::Align::Min));
+        }
     }
-    if name == "star" && ui.button("Add a star").on_hover_text("a star of 10000 K, 100 Lsun, in the middle of the view").clicked() {
-        edits.push(Edit::push("star", star(app.flight.pivot, app.flight.distance())));
+    let hover = "a star of 20000 K, as luminous as the brightest of the scene, in the middle of the view before the middle of the cloud";
+    if name == "star" && ui.button("Add a star").on_hover_text(hover).clicked() {
+        edits.push(Edit::push("star", star(app)));
+        ui.data_mut(|data| data.insert_temp(added(name), titles.len()));
     }
 }
 
-fn star(place: DVec3, distance: f64) -> Table {
+/// Where the number of the table is kept that was added to a list.
+fn added(list: &str) -> egui::Id {
+    egui::Id::unique(("added", list))
+}
+
+/// How far before the middle of the cloud a new star stands, as a part of the cloud's radius: not behind most of its dust.
+const BEFORE: f64 = 0.7;
+/// The luminosity of the first star \[Lsun\].
+const FIRST_LSUN: f64 = 1000.0;
+
+/// What a star sends between 20 nm and 50 um \[Lsun\].
+fn luminosity_lsun(star: &barnard::scene::Star) -> f64 {
+    const STEPS: usize = 400;
+    let (first, step) = (0.02f64, (50.0f64 / 0.02).ln() / STEPS as f64);
+    let per_step = (0..STEPS).map(|i| {
+        let lambda = first * ((i as f64 + 0.5) * step).exp();
+        star.spectrum.continuum(lambda) * lambda * step
+    });
+    per_step.sum::<f64>() / SOLAR_LUMINOSITY
+}
+
+/// A star that is seen and lights the cloud.
+fn star(app: &App) -> Table {
+    let (scene, flight) = (app.document.scene(), &app.flight);
+    let bounds = scene.dust.as_ref().map(|dust| dust.density.bounds()).or_else(|| scene.emission.first().map(|gas| gas.density.bounds()));
+    let radius = bounds.map_or(0.0, |bounds| 0.5 * bounds.size().min_element());
+    let before = (BEFORE * radius).min(0.5 * flight.distance());
+    let place = flight.pivot - before * flight.camera.forward;
+    let brightest = app.document.stars().iter().map(luminosity_lsun).fold(0.0, f64::max);
+    let luminosity = format!("{} Lsun", edit::significant(if brightest > 0.0 { brightest } else { FIRST_LSUN }));
     let mut star = Table::new();
-    for (key, value) in
-        [("kind", "blackbody"), ("position", &place_text(place, distance)), ("temperature", "10000 K"), ("luminosity", "100 Lsun")]
-    {
+    for (key, value) in [
+        ("kind", "blackbody"),
+        ("position", &*place_text(place, flight.distance())),
+        ("temperature", "20000 K"),
+        ("luminosity", &*luminosity),
+    ] {
         star.insert(key, Item::Value(value.into()));
     }
     star

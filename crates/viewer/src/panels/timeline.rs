@@ -98,8 +98,8 @@ fn bar(ui: &mut Ui, app: &mut App) {
     painter.vline(at(app.clock.time), rect.y_range(), Stroke::new(2.0, visuals.strong_text_color()));
     if let (true, Some(pointer)) = (response.dragged() || response.clicked(), response.interact_pointer_pos()) {
         let time = f64::from((pointer.x - rect.left()) / rect.width()).clamp(0.0, 1.0) * duration;
-        // A click beside a key means the key.
+        // A click beside a key means the key, another place the nearest frame.
         let near = keys.iter().copied().find(|key| (at(*key) - pointer.x).abs() < GRIP);
-        app.seek(near.filter(|_| response.clicked()).unwrap_or(time));
+        app.seek(near.filter(|_| response.clicked()).unwrap_or_else(|| app.nearest_frame(time)));
     }
 }

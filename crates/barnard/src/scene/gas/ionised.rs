@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use spectra::spectrum::Spectrum;
 
 use super::cloud::GasCloud;
-use crate::field::Field;
+use crate::field::{Field, Grid};
 
 /// A species of a gas: its name, its density, and the emission coefficient of density 1 \[W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹\].
 pub type Glow = (String, Arc<dyn Field>, Spectrum);
@@ -42,6 +42,29 @@ pub struct IonisedGas {
 }
 
 impl IonisedGas {
+    /// The gas between this one and a later one, at a part of the way \[1\]: each species in proportion. What is told is that of this one.
+    pub(in crate::scene) fn mixed(&self, later: &Self, part: f64) -> Self {
+        let mut species = Vec::new();
+        let scaled = |density: &Arc<dyn Field>, factor: f64| -> Vec<f32> {
+            let values = density.grid().map(|grid| grid.values().into_owned()).unwrap_or_default();
+            values.into_par_iter().map(|value| (f64::from(value) * factor) as f32).collect()
+        };
+        let mut add = |name: &String, spectrum: &Spectrum, values: Vec<f32>| {
+            species.push((name.clone(), Arc::new(Grid::of(self.cloud.lattice.clone(), values)) as Arc<dyn Field>, spectrum.clone()));
+        };
+        for (name, density, spectrum) in &self.species {
+            let mut own = scaled(density, 1.0 - part);
+            if let Some((_, other, _)) = later.species.iter().find(|other| other.0 == *name) {
+                own.par_iter_mut().zip(scaled(other, part)).for_each(|(own, other)| *own += other);
+            }
+            add(name, spectrum, own);
+        }
+        for (name, density, spectrum) in later.species.iter().filter(|other| self.species.iter().all(|own| own.0 != other.0)) {
+            add(name, spectrum, scaled(density, part));
+        }
+        Self { species, cloud: self.cloud.clone(), escaped: self.escaped.clone(), by: self.by.clone(), ..*self }
+    }
+
     /// What is to be known of it, in sentences.
     pub fn told(&self) -> Vec<String> {
         let (Some(temperature), Some(electrons)) = (self.temperature, self.electrons) else {

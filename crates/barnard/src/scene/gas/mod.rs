@@ -153,6 +153,16 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: loader.is_rough, species: glow })
 }
 
+/// The edge of a voxel of the gas of a table \[pc\].
+pub(super) fn voxel_pc(section: &Section, fields: &Fields) -> Result<f64> {
+    let density = fields.expression(section, "density")?;
+    let voxels = section.integer("voxels", 8..=2048)?.map(|voxels| voxels as usize);
+    Ok(match (density.grid(), voxels) {
+        (Some(grid), None) => grid.lattice().voxel_pc().min_element(),
+        (_, voxels) => density.bounds().size().max_element() / voxels.unwrap_or(VOXELS) as f64,
+    })
+}
+
 /// The gas of a table, and the stars that ionise it.
 fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> Result<GasCloud> {
     section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;

@@ -1,0 +1,88 @@
+//! Gas of a film: solved at some of its moments, and in proportion between them.
+//!
+//! Fronts lie on voxels and jump from one to the next while a star moves by a part of one, so that gas solved for each frame flickers. It is
+//! solved at moments between which no star moves by more than a voxel or changes by more than [`DIMMED`] of its light, and is between two of
+//! them what both have in proportion to the time: lines grow and fade evenly, and films of slow stars need fewer solutions.
+
+use super::{Fields, Loader, Star};
+use crate::animation::Timeline;
+use crate::error::Result;
+use crate::properties::{Section, Table};
+
+/// What a scene says at all moments, and one of them \[s\].
+#[derive(Debug, Clone, Copy)]
+pub struct Film<'a> {
+    /// How it changes.
+    pub timeline: &'a Timeline,
+    /// The scene with its changes.
+    pub tree: &'a Table,
+    /// The moment.
+    pub time: f64,
+}
+
+/// Stars at two moments at which gas is solved, and how far the film is from the first to the second \[1\].
+pub(super) struct Between {
+    pub stars: [Vec<Star>; 2],
+    pub part: f64,
+}
+
+/// By how much the light of a star may change between solutions, as a natural logarithm.
+const DIMMED: f64 = 0.1;
+/// Where the light of a star is compared that ionises hydrogen \[µm\].
+const IONISING_UM: f64 = 0.08;
+/// Most frames between solutions, and most frames that are looked at.
+const MOST_FRAMES: f64 = 16.0;
+const LOOKS: u64 = 48;
+/// What gas is made of besides the stars: where that changes, gas is solved at every moment.
+const OTHERS: [&str; 3] = ["gas", "field", "bands"];
+
+impl Film<'_> {
+    /// What the gas of a table is between at this moment; none where it is solved at each.
+    ///
+    /// # Errors
+    /// Where what the scene says at a moment cannot be read.
+    pub(super) fn around(&self, gas: &Section, fields: &Fields, loader: &Loader) -> Result<Option<Between>> {
+        let first = |place: &str| place.split(['.', '[']).next().unwrap_or_default().to_owned();
+        let changed: Vec<String> = self.timeline.tracks().map(|(place, _)| first(place)).collect();
+        if !changed.iter().any(|table| table.starts_with("star")) || changed.iter().any(|table| OTHERS.contains(&table.as_str())) {
+            return Ok(None);
+        }
+        let frames = match self.timeline.solved_every.get() {
+            Some(frames) => *frames,
+            None => {
+                let frames = self.frames_between(super::gas::voxel_pc(gas, fields)?, loader)?;
+                *self.timeline.solved_every.get_or_init(|| frames)
+            }
+        };
+        let step = frames / self.timeline.frames.per_second;
+        let place = (self.time / step + 1e-9).floor();
+        if frames <= 1.0 {
+            return Ok(None);
+        }
+        let part = (self.time / step - place).clamp(0.0, 1.0);
+        let stars = [self.stars(place * step, loader)?, self.stars((place + 1.0) * step, loader)?];
+        Ok(Some(Between { stars, part: if part < 1e-6 { 0.0 } else { part } }))
+    }
+
+    /// The stars at a moment.
+    fn stars(&self, time: f64, loader: &Loader) -> Result<Vec<Star>> {
+        super::star_table::stars(&Section::root(&self.timeline.at(self.tree, time)?), loader)
+    }
+
+    /// Frames between two solutions, by what changes most from one frame to the next.
+    fn frames_between(&self, voxel_pc: f64, loader: &Loader) -> Result<f64> {
+        let frames = &self.timeline.frames;
+        let (count, step) = (frames.count.clamp(1, LOOKS), 1.0 / frames.per_second);
+        let mut most = 0.0f64;
+        for look in 0..count {
+            let time = frames.time(frames.first + (look * (frames.count - 1) / count.max(1)) as i64);
+            let [before, after] = [self.stars(time, loader)?, self.stars(time + step, loader)?];
+            for (before, after) in before.iter().zip(&after) {
+                let light = |star: &Star| star.spectrum.continuum(IONISING_UM);
+                let dimmed = if light(before) > 0.0 { (light(after) / light(before)).ln().abs() } else { 0.0 };
+                most = most.max((after.position - before.position).length() / voxel_pc).max(dimmed / DIMMED);
+            }
+        }
+        Ok((1.0 / most).floor().clamp(1.0, MOST_FRAMES))
+    }
+}
