@@ -62,6 +62,14 @@ impl Sequence {
         self.timeline.at(&self.tree, time)
     }
 
+    /// What is wrong with a star of a scene of it whose light changes faster than light crosses the cloud; none where no star does.
+    ///
+    /// # Errors
+    /// Where what the scene says at a moment cannot be read.
+    pub fn missing_echo(&self, scene: &Scene) -> Result<Option<String>> {
+        Film { timeline: &self.timeline, tree: &self.tree, time: 0.0 }.missing_echo(scene, &self.loader)
+    }
+
     /// The moments of frames that choose what holds for all, from the first to the last \[s\]: the same whichever frames are
     /// asked for.
     pub fn pilots(&self) -> Vec<f64> {

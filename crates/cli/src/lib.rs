@@ -4,7 +4,11 @@
 macro_rules! say {
     ($($part:tt)*) => {{
         use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($part)*);
+        // Words stay out of a picture's way.
+        let _ = match $crate::outputs::IS_PICTURE.load(std::sync::atomic::Ordering::Relaxed) {
+            true => writeln!(std::io::stderr(), $($part)*),
+            false => writeln!(std::io::stdout(), $($part)*),
+        };
     }};
 }
 

@@ -1,6 +1,8 @@
 //! The files that a picture is written to: one, or one for each eye where its name has a `%V`.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use anyhow::bail;
 use barnard::camera::Camera;
@@ -14,6 +16,26 @@ use barnard_files::formats::{Writer, check_writable, writer};
 const EYE: &str = "%V";
 const EYES: [&str; 2] = ["left", "right"];
 
+/// Whether the standard output is a picture.
+pub static IS_PICTURE: AtomicBool = AtomicBool::new(false);
+
+/// The name behind a format that stands for the standard output, as in `png:-`.
+const STANDARD: &str = ":-";
+
+/// The format of an output that goes to the standard output; none where it goes to a file.
+pub fn standard(path: &Path) -> anyhow::Result<Option<&'static Writer>> {
+    match path.to_str() {
+        Some("-") => bail!("-o -: say the format of what goes to the standard output, such as -o png:- or -o fits:-"),
+        Some(name) => Ok(name.strip_suffix(STANDARD).map(|format| writer(Path::new(&format!("standard.{format}")))).transpose()?),
+        None => Ok(None),
+    }
+}
+
+/// The writer of an output.
+pub fn writer_of(path: &Path) -> anyhow::Result<&'static Writer> {
+    standard(path)?.map_or_else(|| Ok(writer(path)?), Ok)
+}
+
 /// The files that `path` means for pictures of a camera.
 pub fn files(path: &Path, camera: &Camera) -> anyhow::Result<Vec<PathBuf>> {
     let Some(name) = path.to_str().filter(|name| name.contains(EYE)) else { return Ok(vec![path.to_owned()]) };
@@ -26,6 +48,9 @@ pub fn files(path: &Path, camera: &Camera) -> anyhow::Result<Vec<PathBuf>> {
 /// Checks that all files can be written, before a long render.
 pub fn check(paths: &[PathBuf], camera: &Camera) -> anyhow::Result<()> {
     for path in paths {
+        if standard(path)?.is_some() {
+            continue;
+        }
         files(path, camera)?.iter().try_for_each(|file| check_writable(file))?;
     }
     Ok(())
@@ -39,7 +64,7 @@ pub fn parse_layers(text: &str) -> Result<LayerChoice, String> {
 
 /// The scene with the layers that are asked for, of which none is rendered for files that hold none, if it fits into memory.
 pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf], memory_limit: u64) -> anyhow::Result<Scene> {
-    let any = |is: fn(&Writer) -> bool| outputs.iter().any(|path| writer(path).is_ok_and(is));
+    let any = |is: fn(&Writer) -> bool| outputs.iter().any(|path| writer_of(path).is_ok_and(is));
     let (have_layers, show_colours) = (any(|writer| writer.has_layers), any(|writer| writer.is_picture));
     if asked.is_some_and(LayerChoice::is_any) && !have_layers {
         bail!("--layers: layers go to .exr and .fits files; add -o layers.exr");
@@ -50,6 +75,10 @@ pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf]
 
 /// Writes a picture of a camera, and says which files were written.
 pub fn save(image: &Image, path: &Path, camera: &Camera) -> anyhow::Result<Vec<PathBuf>> {
+    if let Some(writer) = standard(path)? {
+        std::io::stdout().write_all(&(writer.encode)(image)?)?;
+        return Ok(Vec::new());
+    }
     let files = files(path, camera)?;
     match (&files[..], camera.stereo) {
         ([left, right], Some(stereo)) => {

@@ -9,7 +9,7 @@ use barnard::properties::{Table, Value};
 use barnard::scene::{Loader, Provenance, Scene};
 use barnard::sequence::Sequence;
 
-use crate::source::{SceneFiles, read_limited};
+use crate::source::{SceneFiles, is_stream, read_limited};
 use crate::toml;
 
 /// The bytes of the longest scene file that is read.
@@ -61,8 +61,10 @@ impl SceneFile {
     /// Those of [`load_by`], and where the scene can have no such key.
     pub fn open_with(path: &Path, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
         let text = read_text(path)?;
-        let files = Arc::new(SceneFiles::in_folder(path.parent().unwrap_or(Path::new(""))));
-        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        // What a scene from a pipe names is in the working folder.
+        let (folder, stem) = if is_stream(path) { (None, Some("scene".as_ref())) } else { (path.parent(), path.file_stem()) };
+        let files = Arc::new(SceneFiles::in_folder(folder.unwrap_or(Path::new(""))));
+        let name = stem.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let loader = prepared(&Loader::new(files.clone(), memory_limit));
         let mut file = Self::parse_with(&path.display().to_string(), &name, text, changes, loader)?;
         if let Some(provenance) = &mut file.scene.provenance {

@@ -168,14 +168,27 @@ fn open_limited(path: &Path, limit: u64) -> Result<(File, u64)> {
     Ok((file, length))
 }
 
-/// Reads a file after a look at its size.
+/// Whether a path is a pipe, a terminal or a device: what can be read once, from its beginning.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+}
+
+/// Reads a file after a look at its size, or a pipe to its end.
 ///
 /// # Errors
 /// Where it is none, cannot be read, or has more than `limit` bytes.
 pub fn read_limited(path: &Path, limit: u64) -> Result<Vec<u8>> {
     use std::io::Read;
+    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
+    let mut bytes = Vec::new();
+    if is_stream(path) {
+        // A pipe does not tell how much will come.
+        File::open(path).map_err(failed)?.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
+        memory::check(&format!("the text of {}", path.display()), bytes.len() as u64, limit)?;
+        return Ok(bytes);
+    }
     let (file, length) = open_limited(path, limit)?;
-    let mut bytes = Vec::with_capacity(length as usize);
-    file.take(limit).read_to_end(&mut bytes).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    bytes.reserve(length as usize);
+    file.take(limit).read_to_end(&mut bytes).map_err(failed)?;
     Ok(bytes)
 }

@@ -133,6 +133,38 @@ fn exr_files_have_layers() {
     assert!(file.attributes.chromaticities.is_some());
 }
 
+/// An EXR says which frame it is, where its camera sees what, and where a crop lies in the whole; equal pictures are equal bytes.
+#[test]
+fn exr_files_say_frame_view_and_window() {
+    use barnard::image::{ImagePart, Moment, View};
+    use exr::prelude::*;
+    let rows = |first: f64| std::array::from_fn(|i| std::array::from_fn(|j| first + (4 * i + j) as f64));
+    let written = Image {
+        moment: Some(Moment { frame: 42, time_s: 1.75, per_second: 24000.0 / 1001.0 }),
+        view: Some(View { world_to_camera: rows(0.0), world_to_screen: rows(100.0) }),
+        part: Some(ImagePart { column: 7, row: 5, whole: (40, 30) }),
+        ..image()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let bytes: Vec<Vec<u8>> = (0..4)
+        .map(|_| {
+            written.save(&path).unwrap();
+            std::fs::read(&path).unwrap()
+        })
+        .collect();
+    assert!(bytes.iter().all(|own| *own == bytes[0]));
+    let file = read_first_flat_layer_from_file(&path).unwrap();
+    let (own, window) = (&file.layer_data.attributes, file.attributes.display_window);
+    assert_eq!(own.frames_per_second, Some((24000, 1001)));
+    assert_eq!(own.other.get(&Text::from("imageCounter")), Some(&AttributeValue::I32(42)));
+    assert_eq!(own.other.get(&Text::from("frameTime")), Some(&AttributeValue::F64(1.75)));
+    assert_eq!(own.other.get(&Text::from("colorInteropID")), Some(&AttributeValue::Text(Text::from("lin_rec709_scene"))));
+    let (camera, screen) = (own.world_to_camera.unwrap(), own.world_to_normalized_device.unwrap());
+    assert!((0..16).all(|i| camera[i] == i as f32 && screen[i] == 100.0 + i as f32));
+    assert_eq!((own.layer_position, window), (Vec2(7, 5), IntegerBounds::from_dimensions((40, 30))));
+}
+
 /// A picture of two gases, how far their light comes from and what lies before it; one pixel is dark.
 fn layered() -> Image {
     let picture = image();

@@ -45,6 +45,8 @@ pub(super) struct BandLight {
 pub struct Frame {
     /// The number of the frame, from 0.
     pub number: usize,
+    /// When it begins, after the first \[s\]: frames follow each other without a pause.
+    pub begun_s: f64,
     /// What it is of: the bands, or one mosaic of all of them.
     pub planes: Vec<String>,
     /// The counts of each plane, row by row, the first on top \[ADU\].
@@ -192,6 +194,10 @@ impl Exposures {
         let detector = &self.instrument.detector;
         let numbers = [
             ("GAIN", detector.gain, "[e/adu]"),
+            ("EGAIN", detector.gain, "[e/adu]"),
+            ("XPIXSZ", detector.pixel_um, "[um] width of a pixel"),
+            ("YPIXSZ", detector.pixel_um, "[um] height of a pixel"),
+            ("FOCALLEN", 1e-3 * detector.pixel_um / self.pixels.edge_rad, "[mm] by which a pixel sees its angle"),
             ("RDNOISE", detector.read_noise, "[e] standard deviation of a reading"),
             ("DARKCUR", detector.dark_current, "[e/s] of a pixel"),
             ("BIASLVL", detector.bias, "[adu] count of an empty pixel"),
@@ -199,12 +205,13 @@ impl Exposures {
         ];
         keywords.extend(numbers.into_iter().filter_map(|(name, value, comment)| keywords::number(name, value, comment)));
         keywords.push(keywords::text("IMAGETYP", "Light Frame", ""));
+        keywords.push(keywords::text("TELESCOP", self.instrument.name.clone(), ""));
         keywords.push(keywords::integer("FRAME", number + 1, "number of the frame"));
         if let Some(pattern) = self.pattern() {
             keywords.push(keywords::text("BAYERPAT", pattern, "colours of two by two pixels, upper left first"));
             keywords.push(keywords::text("ROWORDER", "BOTTOM-UP", "the pattern is of the picture as it is seen"));
         }
-        Frame { number, planes, counts, keywords, header: self.header.clone() }
+        Frame { number, begun_s: number as f64 * self.instrument.exposure_s, planes, counts, keywords, header: self.header.clone() }
     }
 
     /// The mosaic as programs for amateurs name it, where it is one that they know: two pixels across a corner of one band, green, and of

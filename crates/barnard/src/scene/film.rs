@@ -4,7 +4,10 @@
 //! solved at moments between which no star moves by more than a voxel or changes by more than [`DIMMED`] of its light, and is between two of
 //! them what both have in proportion to the time: lines grow and fade evenly, and films of slow stars need fewer solutions.
 
-use super::{Fields, Loader, Star};
+use spectra::constants::{PARSEC, SPEED_OF_LIGHT};
+use spectra::units::{Length, Time};
+
+use super::{Fields, Loader, Scene, Star};
 use crate::animation::Timeline;
 use crate::error::Result;
 use crate::properties::{Section, Table};
@@ -30,6 +33,8 @@ pub(super) struct Between {
 const DIMMED: f64 = 0.1;
 /// Where the light of a star is compared that ionises hydrogen \[µm\].
 const IONISING_UM: f64 = 0.08;
+/// Where the light of a star is compared that dust scatters \[µm\].
+const VISIBLE_UM: f64 = 0.55;
 /// Most frames between solutions, and most frames that are looked at.
 const MOST_FRAMES: f64 = 16.0;
 const LOOKS: u64 = 48;
@@ -67,6 +72,40 @@ impl Film<'_> {
     /// The stars at a moment.
     fn stars(&self, time: f64, loader: &Loader) -> Result<Vec<Star>> {
         super::star_table::stars(&Section::root(&self.timeline.at(self.tree, time)?), loader)
+    }
+
+    /// What is wrong with a star whose light changes faster than light crosses the cloud, which as a whole grows bright at once; none where no star does.
+    ///
+    /// # Errors
+    /// Where what the scene says at a moment cannot be read.
+    pub fn missing_echo(&self, scene: &Scene, loader: &Loader) -> Result<Option<String>> {
+        let bounds = scene.densities().map(|density| density.bounds().size().max_element()).filter(|size| size.is_finite());
+        let crossing_s = bounds.fold(0.0, f64::max) * PARSEC / SPEED_OF_LIGHT;
+        if !self.timeline.tracks().any(|(place, _)| place.starts_with("star")) {
+            return Ok(None);
+        }
+        let frames = &self.timeline.frames;
+        let step = 1.0 / frames.per_second;
+        let mut fastest: Option<(f64, String)> = None;
+        for look in 0..frames.count.clamp(1, LOOKS) {
+            let time = frames.time(frames.first + (look * (frames.count - 1) / frames.count.clamp(1, LOOKS)) as i64);
+            for (before, after) in self.stars(time, loader)?.iter().zip(&self.stars(time + step, loader)?) {
+                let light = |star: &Star| star.spectrum.continuum(VISIBLE_UM);
+                let changed = if light(before) > 0.0 { (light(after) / light(before)).ln().abs() } else { 0.0 };
+                if changed > DIMMED && step < crossing_s && fastest.as_ref().is_none_or(|(most, _)| changed > *most) {
+                    fastest = Some((changed, before.name.clone()));
+                }
+            }
+        }
+        Ok(fastest.map(|(changed, name)| {
+            format!(
+                "{name} changes by a factor of {:.3} within {}, in which light crosses {} of the cloud, {} wide: all of it changes at once here, where a light echo would run through it",
+                changed.exp(),
+                Time(step),
+                Length(step * SPEED_OF_LIGHT / PARSEC),
+                Length(crossing_s * SPEED_OF_LIGHT / PARSEC)
+            )
+        }))
     }
 
     /// Frames between two solutions, by what changes most from one frame to the next.

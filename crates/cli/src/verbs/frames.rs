@@ -164,6 +164,9 @@ impl FrameArgs {
         if left.is_empty() {
             return Ok(());
         }
+        if let Some(words) = shoot.sequence.missing_echo(&first)? {
+            complain!("warning: {words}");
+        }
         note.set("pilot frames".into());
         let held = shoot.held(&mut follower, &control)?;
         let (start, mut done, mut elsewhere) = (Instant::now(), 0usize, 0usize);

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::bail;
@@ -13,7 +14,7 @@ use barnard::image::{Image, LayerChoice};
 use barnard::plan::{Options, Plan};
 use barnard::points;
 use barnard::scene::Scene;
-use barnard_files::formats::{check_writable, writer};
+use barnard_files::formats::check_writable;
 use clap::Args;
 
 use crate::backends::{names, registry};
@@ -67,7 +68,10 @@ impl Render {
             return self.sequence();
         }
         for path in self.output.iter().filter(|path| !path.to_string_lossy().contains('%')) {
-            check_writable(path)?;
+            match outputs::standard(path)? {
+                Some(_) => outputs::IS_PICTURE.store(true, Ordering::Relaxed),
+                None => check_writable(path)?,
+            }
         }
         let (scene, options) = self.scene.load_for(&self.backend)?;
         outputs::check(&self.output, &scene.camera)?;
@@ -80,11 +84,9 @@ impl Render {
         };
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue: {note}"));
         for path in &self.output {
-            for file in outputs::save(&image, path, &scene.camera)? {
-                say!("wrote {}", file.display());
-            }
+            outputs::save(&image, path, &scene.camera)?.iter().for_each(|file| say!("wrote {}", file.display()));
         }
-        if self.output.iter().any(|path| writer(path).is_ok_and(|writer| writer.is_picture)) {
+        if self.output.iter().any(|path| outputs::writer_of(path).is_ok_and(|writer| writer.is_picture)) {
             let tone = scene.display.tone(&image);
             let what = if scene.display.balance { "of the balanced bands" } else { "W m-2 sr-1" };
             say!("picture: black {:.3e}, white {:.3e} {what}", tone.black, tone.white);

@@ -67,3 +67,47 @@ fn a_refused_write_leaves_nothing() {
     assert!(!output.status.success() && message.contains("out.npy") && message.contains("cannot be written"), "{message}");
     assert_eq!(before, listing(desk.folder.path()));
 }
+
+/// A scene comes from the standard input and a picture goes to the standard output, without a word in between.
+#[test]
+#[cfg(unix)]
+fn scenes_and_pictures_go_through_pipes() {
+    use std::io::Write;
+    use std::process::Stdio;
+    let desk = Desk::new();
+    let through = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_barnard"));
+        let mut child = command.args(arguments).current_dir(desk.folder.path()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(super::desk::SCENE.as_bytes()).unwrap();
+        child.wait_with_output().unwrap()
+    };
+    for name in ["-", "/dev/stdin"] {
+        let output = through(&["render", name, "-o", "png:-"]);
+        let words = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && words.contains("picture: black"), "{words}");
+        assert!(output.stdout.starts_with(b"\x89PNG") && output.stdout.ends_with(b"IEND\xaeB`\x82"));
+    }
+    desk.refuses(&["render", "scene.toml", "-o", "-"], &["-o png:-"]);
+    desk.refuses(&["render", "scene.toml", "-o", "gif:-"], &[".gif"]);
+}
+
+/// What a text alone says wrong is said before fields are made, and a star that flashes is warned of.
+#[test]
+fn texts_are_read_before_fields_are_made() {
+    let desk = Desk::new();
+    // Turbulence that memory does not hold: what is wrong with the formula is said first.
+    let slow = "\n[field.t]\nkind = \"turbulence\"\nseed = 1\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\nvoxels = 2048\nmach = 5\n";
+    let glow = "[[emission]]\nkind = \"lines\"\ndensity = \"DENSITY\"\nscale = \"1e-25 W/m3/sr\"\nlines = [{ wavelength = \"656.46 nm\", strength = 1 }]\n";
+    for (density, words) in [("t * missing", "missing"), ("t * (1 +", "emission"), ("nosuch(t)", "nosuch")] {
+        desk.write("slow.toml", format!("{}{slow}{}", super::desk::SCENE, glow.replace("DENSITY", density)).as_bytes());
+        desk.refuses(&["check", "slow.toml"], &[words]);
+    }
+    let flash = "\n[[animation]]\nof = \"star[0].luminosity\"\ntimes = [\"0 s\", \"1 s\"]\nvalues = [\"1 Lsun\", \"500 Lsun\"]\n[sequence]\nframes_per_second = 2\n";
+    desk.write("flash.toml", format!("{}{flash}", super::desk::SCENE).as_bytes());
+    let output = desk.run(&["render", "flash.toml", "--frames", "0", "-o", "frame_%02d.npy"]);
+    let words = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && words.contains("light echo"), "{words}");
+    desk.write("slow.toml", format!("{}{}", super::desk::SCENE, flash.replace("1 Lsun", "480 Lsun")).as_bytes());
+    let output = desk.run(&["render", "slow.toml", "--frames", "0", "-o", "calm_%02d.npy"]);
+    assert!(output.status.success() && !String::from_utf8_lossy(&output.stderr).contains("light echo"));
+}

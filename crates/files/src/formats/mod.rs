@@ -299,7 +299,8 @@ pub(crate) fn open(path: &Path) -> Result<File> {
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
     // Asked before it is opened: a pipe waits for whoever writes.
     if !std::fs::metadata(path).map_err(failed)?.is_file() {
-        return Err(Error::file(path, "is not a file"));
+        let reason = "is no file whose parts can be read in any order; copy a pipe into a file first (scenes and tables may be pipes)";
+        return Err(Error::file(path, reason));
     }
     File::open(path).map_err(failed)
 }

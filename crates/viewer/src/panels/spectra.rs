@@ -105,7 +105,7 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
             header.header_response.scroll_to_me(Some(egui::Align::Min));
         }
     }
-    let hover = "a star of 20000 K, as luminous as the brightest of the scene, in the middle of the view before the middle of the cloud";
+    let hover = "a star of 15000 K, as luminous as the brightest of the scene, in the middle of the view before the middle of the cloud";
     if name == "star" && ui.button("Add a star").on_hover_text(hover).clicked() {
         edits.push(Edit::push("star", star(app)));
         ui.data_mut(|data| data.insert_temp(added(name), titles.len()));
@@ -146,7 +146,7 @@ fn star(app: &App) -> Table {
     for (key, value) in [
         ("kind", "blackbody"),
         ("position", &*place_text(place, flight.distance())),
-        ("temperature", "20000 K"),
+        ("temperature", "15000 K"),
         ("luminosity", &*luminosity),
     ] {
         star.insert(key, Item::Value(value.into()));

@@ -163,3 +163,29 @@ fn typed_digits_are_no_bookmarks() {
     settle(&mut harness);
     assert!(harness.state().flight.camera.position.distance(there) > 1.0, "the digit is the window's again");
 }
+
+/// After "Frame all" and an undo one moves around the cloud again, and not around a place behind it.
+#[test]
+fn home_and_undo_keep_the_middle() {
+    let (_folder, mut harness) = open();
+    let before = harness.state().flight.clone();
+    harness.key_press(Key::Home);
+    settle(&mut harness);
+    assert!((harness.state().flight.distance() / before.distance() - 1.0).abs() > 0.1);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    let after = harness.state().flight.clone();
+    assert!(after.camera.position.distance(before.camera.position) < 1e-3 * before.distance());
+    assert!((after.distance() / before.distance() - 1.0).abs() < 1e-3, "{} {}", after.distance(), before.distance());
+}
+
+#[test]
+fn escape_closes_help() {
+    let (_folder, mut harness) = open();
+    harness.key_press(Key::F1);
+    harness.run_steps(2);
+    assert!(harness.state().layout.help);
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    assert!(!harness.state().layout.help);
+}

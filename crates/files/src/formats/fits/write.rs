@@ -12,20 +12,25 @@ use super::LAYER;
 use super::cards::{BLOCK, Cards};
 use crate::formats::{GridFile, ascii, distinct_names, failed, now};
 
-/// The HDU that a file begins with, with keywords beside those of the image.
+/// The HDU that a file begins with, without data.
 fn primary(image: &Image, keywords: &[Keyword]) -> Vec<u8> {
     let mut primary = Cards::default();
     primary.value("SIMPLE", "T", "conforms to FITS standard");
     primary.value("BITPIX", 8, "no data in this HDU");
     primary.value("NAXIS", 0, "the bands follow as IMAGE extensions");
     primary.value("EXTEND", "T", "");
+    origin(&mut primary, image, keywords);
+    primary.finish()
+}
+
+/// Who made a file, and what it says of itself: keywords beside those of the image.
+fn origin(primary: &mut Cards, image: &Image, keywords: &[Keyword]) {
     primary.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
     primary.text("DATE", &now(), "UTC, when the file was written");
     image.keywords.iter().chain(keywords).for_each(|keyword| primary.keyword(keyword));
     for (key, value) in image.notes.iter().filter(|(key, _)| holds(image, key)) {
         primary.history(&format!("{key}: {value}"));
     }
-    primary.finish()
 }
 
 pub fn encode(image: &Image) -> Result<Vec<u8>> {
@@ -118,18 +123,28 @@ fn rows<const N: usize>(width: usize, values: impl Iterator<Item = [u8; N]>, byt
     values.chunks(width).rev().for_each(|row| bytes.extend_from_slice(row.as_flattened()));
 }
 
-/// A frame of an instrument: counts, which FITS knows as integers that are 32768 too small.
+/// A frame of an instrument: counts, which FITS knows as integers that are 32768 too small. One plane is the image of the first HDU, as
+/// cameras write it and programs that stack frames read it; several are extensions.
 pub(crate) fn encode_frame(frame: &Frame) -> Vec<u8> {
     let image = &frame.header;
-    let mut bytes = primary(image, &frame.keywords);
+    let is_alone = frame.planes.len() == 1;
+    let mut bytes = if is_alone { Vec::new() } else { primary(image, &frame.keywords) };
     for (name, counts) in frame.planes.iter().zip(&frame.counts) {
         let mut cards = Cards::default();
-        extension(&mut cards, image, Bits::Integer);
+        if is_alone {
+            cards.value("SIMPLE", "T", "conforms to FITS standard");
+            sized(&mut cards, image, Bits::Integer);
+            cards.value("EXTEND", "T", "");
+            origin(&mut cards, image, &[]);
+        } else {
+            extension(&mut cards, image, Bits::Integer);
+        }
         cards.value("BZERO", 32768, "counts are not negative");
         cards.value("BSCALE", 1, "");
         cards.text("EXTNAME", &ascii(name), "passband, or a mosaic of several");
         cards.text("BUNIT", "adu", "counts");
         cards.text("FILTER", name, "passband, or a mosaic of several");
+        cards.text("DATE-OBS", &begun(frame), "start of the exposure, the first being at J2000");
         frame.keywords.iter().for_each(|keyword| cards.keyword(keyword));
         wcs(&mut cards, image, 2);
         bytes.extend(cards.finish());
@@ -138,6 +153,13 @@ pub(crate) fn encode_frame(frame: &Frame) -> Vec<u8> {
         bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
     }
     bytes
+}
+
+/// When a frame begins, by a clock that starts at J2000: the same for the same frame whenever it is written.
+fn begun(frame: &Frame) -> String {
+    let first = jiff::civil::date(2000, 1, 1).at(12, 0, 0, 0);
+    let after = jiff::SignedDuration::try_from_secs_f64(frame.begun_s).unwrap_or_default();
+    first.saturating_add(after).strftime("%Y-%m-%dT%H:%M:%S%.3f").to_string()
 }
 
 /// A channel of a layer as an HDU: what it is called, which it is, its unit and what it means.
@@ -194,12 +216,16 @@ fn header_of_layer(image: &Image, layer: &Layer, channel: &Channel) -> Vec<u8> {
 /// The cards that an image extension begins with.
 fn extension(cards: &mut Cards, image: &Image, bits: Bits) {
     cards.text("XTENSION", "IMAGE", "image extension");
+    sized(cards, image, bits);
+    cards.value("PCOUNT", 0, "");
+    cards.value("GCOUNT", 1, "");
+}
+
+fn sized(cards: &mut Cards, image: &Image, bits: Bits) {
     cards.value("BITPIX", bits as i32, bits.meaning());
     cards.value("NAXIS", 2, "");
     cards.value("NAXIS1", image.width, "");
     cards.value("NAXIS2", image.height, "");
-    cards.value("PCOUNT", 0, "");
-    cards.value("GCOUNT", 1, "");
 }
 
 /// The names of the cubes of channels and of their standard errors.
