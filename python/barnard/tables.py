@@ -267,7 +267,8 @@ class Shell(Field):
     centre : position, default 0 0 0 pc
         Its middle.
     radius : length
-        Radius of the wall.
+        Radius of the wall, whose density is 1 however large it is: a growing shell keeps its mass where `scale` falls
+        with radius² thickness.
     thickness : length
         Standard deviation of the wall.
 
@@ -1243,7 +1244,8 @@ class Emission(Table):
     scale : emission coefficient
         Of density 1 for spectral strength 1, such as "1e-25 W/m3/sr". Of kind lines, line_list, file, required there.
     lines : list of tables
-        { wavelength = "656.3 nm", strength = 3 }, strength integrated over the line. Of kind lines, required there.
+        { wavelength = "656.46 nm", strength = 3 }, wavelength in vacuum, strength integrated over the line. Of kind
+        lines, required there.
     continuum : number
         Strength per nm at `continuum_at`. Of kind lines.
     continuum_at : wavelength
@@ -1339,6 +1341,9 @@ class Gas(Table):
         Of all electrons, 500 to 60000 K, in place of the one that follows.
     diffuse : text, default outward
         Where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made.
+    doppler_fwhm : velocity, default 0 km/s
+        Full width at half maximum that turbulence gives its lines, with which the thermal one, 19 km/s of hydrogen at
+        8000 K, adds in squares.
     velocity : list of texts, default at rest
         How fast it moves along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]: its lines are
         seen where what comes closer or recedes has them, from the scene's own camera.
@@ -1362,6 +1367,7 @@ class Gas(Table):
         dust_absorption: float | None = None,
         temperature: Quantity | None = None,
         diffuse: str | None = None,
+        doppler_fwhm: Quantity | None = None,
         velocity: Sequence[str] | None = None,
         velocity_step: Quantity | None = None,
     ):
@@ -1372,6 +1378,7 @@ class Gas(Table):
             dust_absorption=dust_absorption,
             temperature=temperature,
             diffuse=diffuse,
+            doppler_fwhm=doppler_fwhm,
             velocity=velocity,
             velocity_step=velocity_step,
         )
@@ -1600,6 +1607,8 @@ class Spectrograph(Table):
     resolving_power : number, default none
         Wavelength over the full width at half maximum of a line, a Gaussian; without it a channel sees what lies
         within it alone.
+    rest_wavelength : wavelength, default the only line in range
+        Of the line, in vacuum, that readers of the cube tell velocities from (RESTWAV).
 
     Raises
     ------
@@ -1609,8 +1618,22 @@ class Spectrograph(Table):
 
     _path = "spectrograph"
 
-    def __init__(self, low: Quantity, high: Quantity, count: int, *, resolving_power: float | None = None):
-        super().__init__(low=low, high=high, count=count, resolving_power=resolving_power)
+    def __init__(
+        self,
+        low: Quantity,
+        high: Quantity,
+        count: int,
+        *,
+        resolving_power: float | None = None,
+        rest_wavelength: Quantity | None = None,
+    ):
+        super().__init__(
+            low=low,
+            high=high,
+            count=count,
+            resolving_power=resolving_power,
+            rest_wavelength=rest_wavelength,
+        )
 
 
 class Band(Table):
@@ -1953,6 +1976,9 @@ class Instrument(Table):
         The angle that a pixel of the detector sees; the camera's pixels must be as fine.
     sky : list of texts, default dark
         Brightness of the sky in mag/arcsec2, such as "21.6 mag": one for all passbands, or one for each.
+    allow_foreign_filters : boolean, default false
+        Whether a preset records through passbands of the catalogue that it does not have; those of [[band]] are its
+        own.
     sky_system : text, default ab
         Ab, st or vega: the zero point of `sky`.
     subtract_sky : boolean, default true
@@ -2001,6 +2027,7 @@ class Instrument(Table):
         psf: Sequence[PointSpread | dict[str, Any]] | None = None,
         pixel_scale: Quantity | None = None,
         sky: Sequence[str] | None = None,
+        allow_foreign_filters: bool | None = None,
         sky_system: str | None = None,
         subtract_sky: bool | None = None,
         dark_current: Quantity | None = None,
@@ -2025,6 +2052,7 @@ class Instrument(Table):
             psf=psf,
             pixel_scale=pixel_scale,
             sky=sky,
+            allow_foreign_filters=allow_foreign_filters,
             sky_system=sky_system,
             subtract_sky=subtract_sky,
             dark_current=dark_current,
