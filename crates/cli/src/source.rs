@@ -107,7 +107,9 @@ impl SceneArgs {
         let file = match (&self.scene, &self.builtin) {
             (_, Some(name)) => barnard_files::builtin::open_with(name, &self.set, memory_limit, prepared)?,
             // "-" is the standard input, as other programs have it.
-            (Some(path), None) if path.as_os_str() == "-" => SceneFile::open_with("/dev/stdin".as_ref(), &self.set, memory_limit, prepared)?,
+            (Some(path), None) if path.as_os_str() == "-" => {
+                SceneFile::open_with("/dev/stdin".as_ref(), &self.set, memory_limit, prepared)?
+            }
             (Some(path), None) => SceneFile::open_with(path, &self.set, memory_limit, prepared)?,
             (None, None) => bail!("no scene; give a file, or --builtin NAME"),
         };

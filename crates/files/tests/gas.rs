@@ -124,12 +124,12 @@ fn first_looks_are_rough() {
     assert_eq!(edge(&parse(&scene.replace("voxels = 20\n", ""))), 8);
 }
 
-/// Gas of a film is solved at moments between which a star moves by no more than a voxel, and between two of them it is what both have in
-/// proportion: it grows and fades evenly, where solved for each frame it would jump with the voxels.
+/// Gas of a film is solved at moments between which a star moves by no more than a voxel, and is a smooth curve between them, where solved for
+/// each frame it would jump with the voxels.
 #[test]
-fn gas_of_films_is_between_moments() {
+fn gas_of_films_is_a_curve_of_moments() {
     let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
-    let scene = |changes: &str, x: &str, time: f64| {
+    let scene = |changes: &str, x: f64, time: f64| {
         let text = format!(
             "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
              [field.ball]\nkind = \"sphere\"\nradius = \"5.3 pc\"\n[gas]\ndensity = \"60 * ball\"\nvoxels = 24\n\
@@ -137,21 +137,22 @@ fn gas_of_films_is_between_moments() {
         );
         barnard_files::parse("film.toml", "film", text, &loader.at(time)).unwrap()
     };
-    // A quarter of a voxel (10.6 pc in 24) for each of eight frames a second.
-    let film = "[[animation]]\nof = \"star[0].position\"\ntimes = [\"0 s\", \"1 s\"]\nvalues = [\"0 0.1 0.2 pc\", \"0.88 0.1 0.2 pc\"]\n\
+    // A quarter of a voxel (10.6 pc in 24) for each of eight frames a second: solved at every fourth frame.
+    let film = "[[animation]]\nof = \"star[0].position\"\ntimes = [\"0 s\", \"2 s\"]\nvalues = [\"0 0.1 0.2 pc\", \"1.76 0.1 0.2 pc\"]\n\
                 interpolation = \"linear\"\n[sequence]\nframes_per_second = 8\n";
     let glow = |scene: &Scene| {
         let species = scene.emission.iter().find(|species| species.name == "Ba3-2").unwrap();
         species.density.grid().unwrap().values().into_owned()
     };
-    let frames: Vec<Vec<f32>> = (0..=4).map(|frame| glow(&scene(film, "0", f64::from(frame) / 8.0))).collect();
-    let [first, last] = ["0", "0.44"].map(|x| glow(&scene("", x, 0.0)));
-    let largest = first.iter().fold(0.0f32, |most, value| most.max(*value));
+    let solved: Vec<Vec<f32>> = (0..4).map(|k| glow(&scene("", 0.44 * f64::from(k), 0.0))).collect();
+    let largest = solved[0].iter().fold(0.0f32, |most, value| most.max(*value));
     let apart = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / largest;
-    assert!(apart(&first, &last) > 0.05);
-    for (frame, own) in frames.iter().enumerate() {
-        let part = frame as f32 / 4.0;
-        let wanted: Vec<f32> = first.iter().zip(&last).map(|(a, b)| (1.0 - part) * a + part * b).collect();
-        assert!(apart(own, &wanted) < 1e-5, "{frame}: {}", apart(own, &wanted));
+    assert!(apart(&solved[1], &solved[2]) > 0.05);
+    for (frame, nearest, s) in [(4, 1, 0.0f32), (5, 1, 0.25), (7, 2, -0.25), (8, 2, 0.0)] {
+        let own = glow(&scene(film, 0.0, f64::from(frame) / 8.0));
+        let weights = [0.5 * (0.5 - s).powi(2), 0.75 - s * s, 0.5 * (0.5 + s).powi(2)];
+        let wanted: Vec<f32> = (0..own.len()).map(|i| (0..3).map(|j| weights[j] * solved[nearest + j - 1][i]).sum()).collect();
+        assert!(apart(&own, &wanted) < 1e-5, "{frame}: {}", apart(&own, &wanted));
+        assert!(apart(&own, &solved[nearest]) > 1e-3);
     }
 }

@@ -18,7 +18,11 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     summary: "a spherical shell with a Gaussian wall",
     keys: &[
         Key::optional("centre", "position", "0 0 0 pc", "its middle"),
-        Key::required("radius", "length", "radius of the wall, whose density is 1 however large it is: a growing shell keeps its mass where `scale` falls with radius² thickness"),
+        Key::required(
+            "radius",
+            "length",
+            "radius of the wall, whose density is 1 however large it is: a growing shell keeps its mass where `scale` falls with radius² thickness",
+        ),
         Key::required("thickness", "length", "standard deviation of the wall"),
     ],
     build: |section, _| {

@@ -1,8 +1,12 @@
-//! Gas of a film: solved at some of its moments, and in proportion between them.
+//! Gas of a film: solved at some of its moments, and a smooth curve between them.
 //!
 //! Fronts lie on voxels and jump from one to the next while a star moves by a part of one, so that gas solved for each frame flickers. It is
-//! solved at moments between which no star moves by more than a voxel or changes by more than [`DIMMED`] of its light, and is between two of
-//! them what both have in proportion to the time: lines grow and fade evenly, and films of slow stars need fewer solutions.
+//! solved at moments t_k = k Δt between which no star moves by more than a voxel or changes by more than [`DIMMED`] of its light, and has of
+//! the three nearest, with s = t/Δt − k from −½ to ½,
+//!
+//!   G(t) = ½ (½ − s)² G_(k−1) + (¾ − s²) G_k + ½ (½ + s)² G_(k+1)
+//!
+//! (the uniform quadratic B-spline): lines grow and fade without a jump in value or pace, and films of slow stars need fewer solutions.
 
 use spectra::constants::{PARSEC, SPEED_OF_LIGHT};
 use spectra::units::{Length, Time};
@@ -23,11 +27,8 @@ pub struct Film<'a> {
     pub time: f64,
 }
 
-/// Stars at two moments at which gas is solved, and how far the film is from the first to the second \[1\].
-pub(super) struct Between {
-    pub stars: [Vec<Star>; 2],
-    pub part: f64,
-}
+/// Stars at the three nearest moments at which gas is solved, and what the film has of each \[1\].
+pub(super) type Nearest = [(Vec<Star>, f64); 3];
 
 /// By how much the light of a star may change between solutions, as a natural logarithm.
 const DIMMED: f64 = 0.1;
@@ -42,11 +43,11 @@ const LOOKS: u64 = 48;
 const OTHERS: [&str; 3] = ["gas", "field", "bands"];
 
 impl Film<'_> {
-    /// What the gas of a table is between at this moment; none where it is solved at each.
+    /// What the gas of a table is made of at this moment; none where it is solved at each.
     ///
     /// # Errors
     /// Where what the scene says at a moment cannot be read.
-    pub(super) fn around(&self, gas: &Section, fields: &Fields, loader: &Loader) -> Result<Option<Between>> {
+    pub(super) fn around(&self, gas: &Section, fields: &Fields, loader: &Loader) -> Result<Option<Nearest>> {
         let first = |place: &str| place.split(['.', '[']).next().unwrap_or_default().to_owned();
         let changed: Vec<String> = self.timeline.tracks().map(|(place, _)| first(place)).collect();
         if !changed.iter().any(|table| table.starts_with("star")) || changed.iter().any(|table| OTHERS.contains(&table.as_str())) {
@@ -60,13 +61,17 @@ impl Film<'_> {
             }
         };
         let step = frames / self.timeline.frames.per_second;
-        let place = (self.time / step + 1e-9).floor();
         if frames <= 1.0 {
             return Ok(None);
         }
-        let part = (self.time / step - place).clamp(0.0, 1.0);
-        let stars = [self.stars(place * step, loader)?, self.stars((place + 1.0) * step, loader)?];
-        Ok(Some(Between { stars, part: if part < 1e-6 { 0.0 } else { part } }))
+        let nearest = (self.time / step).round();
+        let s = self.time / step - nearest;
+        let stars = |number: f64| self.stars((number * step).max(0.0), loader);
+        Ok(Some([
+            (stars(nearest - 1.0)?, 0.5 * (0.5 - s).powi(2)),
+            (stars(nearest)?, 0.75 - s * s),
+            (stars(nearest + 1.0)?, 0.5 * (0.5 + s).powi(2)),
+        ]))
     }
 
     /// The stars at a moment.

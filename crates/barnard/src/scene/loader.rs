@@ -19,7 +19,7 @@ const MAX_REMEMBERED: usize = 512;
 /// Tables of stars that are kept at most.
 const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
-const MAX_GAS: usize = 2;
+const MAX_GAS: usize = 4;
 
 /// What was made of texts, the latest last.
 type Kept<T> = Arc<Mutex<VecDeque<(String, Arc<T>)>>>;

@@ -39,7 +39,6 @@ pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
 pub use fields::Fields;
-use film::Between;
 pub(crate) use film::Film;
 pub use gas::ionised::Glow;
 pub use gas::{GasCloud, IonisedGas, IonisingStar};
@@ -328,14 +327,16 @@ impl Scene {
                     format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(stars), bands = band::said(&bands));
                 loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, stars, &bands))
             };
-            let between = match film.as_ref().filter(|_| !loader.is_rough) {
+            let nearest = match film.as_ref().filter(|_| !loader.is_rough) {
                 Some(film) => film.around(&gas, &fields, loader)?,
                 None => None,
             };
-            let made = match between {
+            let made = match nearest {
                 None => solved(&stars)?,
-                Some(Between { stars: [earlier, _], part }) if part == 0.0 => solved(&earlier)?,
-                Some(Between { stars: [earlier, later], part }) => Arc::new(solved(&earlier)?.mixed(&*solved(&later)?, part)),
+                Some([(before, first), (own, second), (after, third)]) => {
+                    let earlier = solved(&before)?.mixed(&*solved(&own)?, second / (first + second));
+                    Arc::new(earlier.mixed(&*solved(&after)?, third))
+                }
             };
             for species in made.species.iter().cloned() {
                 at_rest.extend(species.2.lines().iter().map(|line| line.lambda_um));

@@ -77,7 +77,14 @@ fn scenes_and_pictures_go_through_pipes() {
     let desk = Desk::new();
     let through = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_barnard"));
-        let mut child = command.args(arguments).current_dir(desk.folder.path()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = command
+            .args(arguments)
+            .current_dir(desk.folder.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
         child.stdin.take().unwrap().write_all(super::desk::SCENE.as_bytes()).unwrap();
         child.wait_with_output().unwrap()
     };
