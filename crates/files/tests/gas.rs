@@ -156,3 +156,34 @@ fn gas_of_films_is_a_curve_of_moments() {
         assert!(apart(&own, &solved[nearest]) > 1e-3);
     }
 }
+
+/// Webb's bands see gas, and say what of dust and molecules is missing.
+#[test]
+fn gas_is_seen_in_the_infrared() {
+    let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
+    let seen = |band: &str| {
+        let text = format!(
+            "bands = [\"{band}\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
+             [field.ball]\nkind = \"sphere\"\nradius = \"5.3 pc\"\n[gas]\ndensity = \"60 * ball\"\nvoxels = 16\n\
+             [[star]]\nposition = \"0 0 0 pc\"\nkind = \"blackbody\"\ntemperature = \"38000 K\"\nluminosity = \"1e5 Lsun\"\n"
+        );
+        barnard_files::parse("ir.toml", "ir", text, &loader).unwrap()
+    };
+    for (band, line) in [
+        ("jwst-nircam-f405n", "Br5-4"),
+        ("jwst-nircam-f466n", "Pf7-5"),
+        ("jwst-miri-f770w", "Pf6-5"),
+        ("jwst-miri-f1280w", "[NeII]12.81um"),
+    ] {
+        let scene = seen(band);
+        let names: Vec<&str> = scene.emission.iter().map(|species| species.name.as_str()).collect();
+        assert!(scene.emission.iter().any(|species| species.name == line), "{band}: {names:?}");
+        assert!(names.contains(&"hydrogen's continuum"), "{band}: {names:?}");
+        let control = barnard::control::Control::default();
+        let plan = barnard::plan::Plan::new(&scene, &barnard::plan::Options::within(DEFAULT_LIMIT), &control).unwrap();
+        let picture = barnard::backend::cpu::render(&scene, &plan, &control).unwrap().0;
+        assert!(picture.band(0).any(|value| value > 0.0), "{band}");
+        assert!(barnard::backend::left_out(&scene).unwrap().contains("H2"));
+    }
+    assert_eq!(barnard::backend::left_out(&seen("hst-wfc3-f656n")), None);
+}

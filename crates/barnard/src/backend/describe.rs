@@ -30,6 +30,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         ),
     ];
     notes.extend(scene.dust.as_ref().and_then(|dust| dust.albedo.note(&dust.extinction.name)));
+    notes.extend(left_out(scene).map(|note| ("left out".into(), note)));
     notes.extend(points::catalogue_note(scene, camera).map(|note| ("catalogue".into(), note)));
     Image {
         width: camera.width,
@@ -52,6 +53,20 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         output: scene.output,
         keywords: of_scene(scene, camera),
     }
+}
+
+/// From where on passbands see heated dust, and lines of molecular hydrogen and iron \[µm\].
+const WARM_DUST_UM: f64 = 3.0;
+const MOLECULES_UM: f64 = 1.2;
+
+/// What passbands of a scene would see in nature of dust and gas, and Barnard does not make; none where there is nothing.
+pub fn left_out(scene: &Scene) -> Option<String> {
+    let reaches = |um: f64| scene.bands.iter().any(|band| band.support_um().1 > um);
+    let of_dust = scene.dust.is_some() && reaches(WARM_DUST_UM);
+    let of_gas = scene.gas.is_some() && reaches(MOLECULES_UM);
+    let parts = [(of_dust, "light of heated dust and of PAHs"), (of_gas, "lines of H2 and [Fe II]")];
+    let parts: Vec<&str> = parts.into_iter().filter(|(is_seen, _)| *is_seen).map(|(_, what)| what).collect();
+    (!parts.is_empty()).then(|| format!("{}, which these passbands would see, are not in the scene", parts.join(" and ")))
 }
 
 /// The faces of a whole cube are views of their own.

@@ -18,7 +18,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use spectra::SpectraError;
 
-pub use describe::describe;
+pub use describe::{describe, left_out};
 pub(crate) use finish::end_of_space;
 pub use finish::{draw, extended, finished};
 

@@ -26,6 +26,7 @@ impl Check {
         let (scene, options) = self.scene.load()?;
         describe(&scene);
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue {note}"));
+        barnard::backend::left_out(&scene).iter().for_each(|note| say!("left out  {note}"));
         scene.inputs.iter().for_each(|input| say!("input     {}: {}", input.file, input.text));
         describe_bounces(&scene, &options)?;
         let plan = Plan::new(&scene, &options, &progress::control()?)?;
