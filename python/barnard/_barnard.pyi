@@ -194,8 +194,7 @@ def fit_model(
     table: Tree,
     scene: Scene,
     free: str,
-    images: list[tuple[str | FitPixels, Tree]],
-    assumed: tuple[bool, ...],
+    images: list[tuple[str | FitPixels, Tree, tuple[bool, ...]]],
     progress: Listener | None = None,
 ) -> FitModel: ...
 def state(image: Image) -> dict[str, Any]: ...

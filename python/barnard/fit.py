@@ -247,13 +247,13 @@ def _planes(array: Any, name: str, shape: tuple[int, ...] | None) -> np.ndarray:
     return np.ascontiguousarray(array)
 
 
-def observations(images: Images, empty: Any, beside: dict[str, Any]) -> list[tuple[Any, dict[str, Any]]]:
-    """Each image as its source and a tree; `empty` makes a scene of keywords."""
+def observations(images: Images, empty: Any, beside: dict[str, Any], assumed: tuple[bool, ...]) -> list[tuple[Any, dict[str, Any], tuple[bool, ...]]]:
+    """Each image as its source, a tree and what is assumed of it; `empty` makes a scene of keywords."""
     found = []
     for number, (image, parts) in enumerate(_pairs(images)):
         own = {name: parts.get(name, value) for name, value in beside.items()}
         tree = tree_of(empty(**{name: part for name, part in parts.items() if name not in BESIDE}))
-        found.append((_source(number, image, own), tree))
+        found.append((_source(number, image, own), tree, assumed))
     return found
 
 
@@ -269,9 +269,8 @@ def model_of(scene: Scene, free: str, images: Images, beside: dict[str, Any], as
             raise ValueError(f"assume={name!r}: what may be assumed is {' and '.join(UNSAID)}")
     scene = scene._twin()
     tree, native = scene._native()
-    pairs = observations(images, type(scene), beside)
-    assumed = tuple(name in names for name in UNSAID)
-    made = _barnard.fit_model(scene._reading(), tree, native, free, pairs, assumed, progress=listener)
+    sources = observations(images, type(scene), beside, tuple(name in names for name in UNSAID))
+    made = _barnard.fit_model(scene._reading(), tree, native, free, sources, progress=listener)
     # Files are found from elsewhere too.
     kept = [(os.path.abspath(image) if isinstance(image, (str, os.PathLike)) else image, parts) for image, parts in _pairs(images)]
     return FitModel(made, (scene, free, kept, beside, names))

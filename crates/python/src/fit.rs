@@ -65,21 +65,20 @@ pub enum Source<'py> {
     File(PathBuf),
 }
 
-/// Reads images, each with tables of its own in place of the scene's, and finds what is free of the scene that a table describes.
+/// Reads images, each with tables of its own in place of the scene's and whether its unit and its place are assumed, and finds what is free of the scene that a table describes.
 #[pyfunction]
-#[pyo3(signature = (reader, table, scene, free, images, assumed, progress=None))]
+#[pyo3(signature = (reader, table, scene, free, images, progress=None))]
 pub fn fit_model(
     py: Python,
     reader: &Reader,
     table: &Bound<PyDict>,
     scene: Py<Scene>,
     free: &str,
-    images: Vec<(Source, Bound<PyDict>)>,
-    assumed: (bool, bool),
+    images: Vec<(Source, Bound<PyDict>, (bool, bool))>,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<FitModel> {
     let table = tree::table(table)?;
-    let observation = |(source, with): (Source, Bound<PyDict>)| {
+    let observation = |(source, with, assumed): (Source, Bound<PyDict>, (bool, bool))| {
         let (data, assumed) = match source {
             Source::File(file) => (Data::File(file), Assumed { unit: assumed.0, place: assumed.1 }),
             // Whoever gives an array says that it is as the scene's pictures are.

@@ -27,6 +27,8 @@ const COMPUTED: [&str; 12] =
 type Words = (String, Option<String>, Option<f64>, Option<i64>, String);
 /// A band: name, pivot, width, how it counts, what its unit multiplies by, zero of its magnitudes, certificate, keywords.
 type Described = (String, Option<f64>, Option<f64>, Option<String>, Option<f64>, Option<f64>, Vec<String>, Vec<Words>);
+/// Channels: middle of the first, width, count, wavelength at rest, resolving power.
+type Channels = (f64, f64, usize, Option<f64>, Option<f64>);
 /// Columns of a palette, whether bands are balanced, black and white where they are numbers.
 type Shown = (Vec<[f64; 3]>, bool, Option<f64>, Option<f64>);
 /// A layer: name, number of its content, samples.
@@ -45,7 +47,7 @@ struct State<'py> {
     limit: u64,
     size: (usize, usize),
     bands: Vec<Described>,
-    spectral: Option<(f64, f64, usize, Option<f64>, Option<f64>)>,
+    spectral: Option<Channels>,
     samples: Bound<'py, PyAny>,
     views: (usize, usize),
     pixel: Option<(usize, f64)>,
