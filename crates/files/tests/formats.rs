@@ -139,7 +139,7 @@ fn exr_files_say_frame_view_and_window() {
     use barnard::image::{ImagePart, Moment, View};
     use exr::prelude::*;
     let rows = |first: f64| std::array::from_fn(|i| std::array::from_fn(|j| first + (4 * i + j) as f64));
-    let written = Image {
+    let written = barnard::image::Image {
         moment: Some(Moment { frame: 42, time_s: 1.75, per_second: 24000.0 / 1001.0 }),
         view: Some(View { world_to_camera: rows(0.0), world_to_screen: rows(100.0) }),
         part: Some(ImagePart { column: 7, row: 5, whole: (40, 30) }),
