@@ -37,7 +37,7 @@ impl Instrument {
             [first, .., last] if own.len() > 8 => format!("{first} to {last} and {} more", own.len() - 2),
             all => all.join(", "),
         };
-        let said = format!("{}, which {} does not have", foreign.name(), self.name);
+        let said = format!("{} for {}", foreign.name(), self.name);
         Err(Error::value(
             "filter of an instrument",
             said,

@@ -61,8 +61,15 @@ fn what_cannot_be_observed_is_refused_at_once() {
     refused(&["-o", "m.fits", "--number", "0"], &["1 to 10000"]);
     refused(&["-o", "m.fits", "--preset", "hubble"], &["hst-wfc3-uvis"]);
     // Finer than the picture, and a mosaic of other passbands: asked before a picture that would take an hour.
-    refused(&["-o", "m.fits", "--preset", "hst-wfc3-uvis", "--size", "4000x4000", "--backend", "reference"], &["finer", "along a row"]);
-    refused(&["-o", "m.fits", "--preset", "refractor-0.2m-duo", "--size", "4000x4000", "--backend", "reference"], &["finer"]);
+    let foreign = ["-o", "m.fits", "--preset", "hst-wfc3-uvis", "--size", "4000x4000", "--backend", "reference"];
+    refused(&foreign, &["johnson-B", "hst-wfc3-f953n", "allow_foreign_filters"]);
+    let set = ["--set", "bands=[\"hst-wfc3-f555w\"]"];
+    refused(&[&foreign[..], &set].concat(), &["finer", "along a row"]);
+    let set = ["--set", "bands=hoo-3nm"];
+    refused(
+        &[&["-o", "m.fits", "--preset", "refractor-0.2m-duo", "--size", "4000x4000", "--backend", "reference"], &set[..]].concat(),
+        &["finer"],
+    );
     desk.write("scene.toml", SCENE.as_bytes());
     refused(&["-o", "m.fits"], &["no instrument", "list instruments"]);
     desk.write("scene.toml", format!("{SCENE}[instrument]\naperture = \"0.5 m\"\nbias = \"70000 ADU\"\n").as_bytes());
