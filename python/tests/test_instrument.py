@@ -361,18 +361,18 @@ def test_files_are_as_the_standard_has_them(tmp_path):
 
 
 def test_the_same_seed_records_the_same(tmp_path):
-    scene = even(instrument=bn.Instrument(preset="rubin-lsstcam", pixel_scale="2.25 arcsec"))
+    scene = even(bands=["lsst2023-g"], instrument=bn.Instrument(preset="rubin-lsstcam", pixel_scale="2.25 arcsec"))
     frames = []
     try:
         for threads in (1, 3):
             bn.set_threads(threads)
             exposures = scene.render().observe()
-            frames.append((exposures.frame(4)["johnson-V"], exposures.master().radiance))
+            frames.append((exposures.frame(4)["lsst2023-g"], exposures.master().radiance))
     finally:
         bn.set_threads(0)
     assert all((a == b).all() for a, b in zip(*frames))
     other = scene.render().observe(bn.Instrument(preset="rubin-lsstcam", pixel_scale="2.25 arcsec", seed=2))
-    assert (other.frame(4)["johnson-V"] != frames[0][0]).mean() > 0.5
+    assert (other.frame(4)["lsst2023-g"] != frames[0][0]).mean() > 0.5
 
 
 def test_kernels_of_files(tmp_path):
@@ -441,3 +441,30 @@ def test_electrons_are_a_unit(tmp_path):
         pulls = (master["johnson-V"].data - rate) / master["johnson-V_error"].data
         assert np.abs(pulls).max() < 5
     assert u.Unit("electron s-1") == u.electron / u.s
+
+
+def test_a_frame_of_one_band_is_the_first_image(tmp_path):
+    scene = even(bands=["lsst2023-g"], instrument=bn.Instrument(preset="rubin-lsstcam", pixel_scale="2.25 arcsec"))
+    exposures = scene.render().observe()
+    starts = []
+    for number in (0, 2):
+        exposures.write_frame(number, tmp_path / "raw.fits")
+        with warnings.catch_warnings(), fits.open(tmp_path / "raw.fits") as file:
+            warnings.simplefilter("error")
+            file.verify("exception")
+            assert len(file) == 1
+            header, data = file[0].header, file[0].data
+            assert data.dtype == np.uint16 and (data[::-1] == exposures.frame(number)["lsst2023-g"]).all()
+            assert (header["TELESCOP"], header["INSTRUME"], header["EGAIN"], header["XPIXSZ"]) == ("rubin-lsstcam", "rubin-lsstcam", 1.6, 10)
+            # 10 um in 2.25 arcsec.
+            assert header["FOCALLEN"] == pytest.approx(1e-2 / np.radians(2.25 / 3600), rel=1e-6)
+            starts.append(header["DATE-OBS"])
+    assert starts == ["2000-01-01T12:00:00.000", "2000-01-01T12:01:00.000"]
+
+
+def test_instruments_have_filters_of_their_own():
+    scene = even(bands=["jwst-miri-f770w"], instrument=bn.Instrument(preset="hst-wfc3-uvis", pixel_scale="2.25 arcsec"))
+    with pytest.raises(bn.BarnardError, match="jwst-miri-f770w for hst-wfc3-uvis is not one of its own"):
+        scene.render().observe()
+    scene.instrument = bn.Instrument(preset="hst-wfc3-uvis", pixel_scale="2.25 arcsec", allow_foreign_filters=True)
+    assert len(scene.render().observe()) == 4
