@@ -39,7 +39,7 @@ fn cube(hydrogen: &[f32], edge: usize, half: f64) -> Cloud<'_> {
 fn hii40() {
     let light = IonisingLight::blackbody(40_000.0, 4.26e49);
     let sphere = Sphere::new(BENCHMARKS[0].gas, &light, Diffuse::Outward, [3e18, 3e19]);
-    let (edge, half) = (48, 5.2);
+    let (edge, half) = (64, 5.2);
     let (voxel, inner) = (2.0 * half / edge as f64, 3e18 / PARSEC_CM);
     let density = |x: usize, y: usize, z: usize| {
         // The hole's edge runs through voxels.

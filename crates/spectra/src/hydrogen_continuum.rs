@@ -66,10 +66,10 @@ mod tests {
     /// At radio frequencies the Gaunt factor is that of Osterbrock & Ferland 2006, eq. 4.22: √3/π (17.7 + ln(T^1.5/ν)).
     #[test]
     fn gaunt_factors_are_those_of_radio_astronomy() {
-        for (kelvin, ghz) in [(1e4f64, 300.0f64), (8e3, 600.0), (1.2e4, 300.0)] {
+        for (kelvin, ghz) in [(1e4f64, 10.0f64), (8e3, 30.0), (1.2e4, 30.0)] {
             let radio = 3f64.sqrt() / std::f64::consts::PI * (17.7 + (kelvin.powf(1.5) / (ghz * 1e9)).ln());
             let own = free_free(kelvin, LIGHT_UM_PER_S / (ghz * 1e9));
-            assert!((own / radio - 1.0).abs() < 0.05, "{kelvin} {ghz}: {own} {radio}");
+            assert!((own / radio - 1.0).abs() < 0.02, "{kelvin} {ghz}: {own} {radio}");
         }
     }
 
