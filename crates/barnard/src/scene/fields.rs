@@ -75,7 +75,14 @@ fn check_formulas(root: &Section) -> Result<()> {
             None => Ok(()),
         }
     };
-    for (_, section) in fields.iter().filter(|(_, section)| section.text("kind").is_ok_and(|kind| kind == Some(EXPRESSION.name))) {
+    let is_expression = |section: &Section| section.text("kind").is_ok_and(|kind| kind == Some(EXPRESSION.name));
+    let expressions: Vec<&Section> = fields.iter().map(|(_, section)| section).filter(|section| is_expression(section)).collect();
+    if expressions.len() > MOST_EXPRESSIONS {
+        return Err(
+            expressions[0].error("kind", format!("{} fields are expressions, at most {MOST_EXPRESSIONS} may be", expressions.len()))
+        );
+    }
+    for section in expressions {
         check(section, "formula", section.need_text("formula")?)?;
     }
     let tables = [root.table("dust")?, root.table("gas")?].into_iter().flatten().chain(root.tables("emission")?);
@@ -127,10 +134,6 @@ impl<'a> Fields<'a> {
                 fields.rough.insert(name.to_owned());
             }
             fields.add(name, section, said)?;
-        }
-        if let Some((section, _)) = expressions.values().next().filter(|_| expressions.len() > MOST_EXPRESSIONS) {
-            let count = expressions.len();
-            return Err(section.error("kind", format!("{count} fields are expressions, at most {MOST_EXPRESSIONS} may be")));
         }
         fields.add_expressions(expressions)?;
         Ok(fields)
