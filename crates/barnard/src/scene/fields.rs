@@ -75,6 +75,10 @@ fn check_formulas(root: &Section) -> Result<()> {
             None => Ok(()),
         }
     };
+    let kinds = kinds();
+    for (_, section) in &fields {
+        chosen("field", &kinds, |kind| (kind.name, kind.keys), &[], section)?;
+    }
     let is_expression = |section: &Section| section.text("kind").is_ok_and(|kind| kind == Some(EXPRESSION.name));
     let expressions: Vec<&Section> = fields.iter().map(|(_, section)| section).filter(|section| is_expression(section)).collect();
     if expressions.len() > MOST_EXPRESSIONS {
