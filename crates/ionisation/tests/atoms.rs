@@ -97,7 +97,7 @@ fn lines_between_nodes() {
         for temperature in [11_000.0, 16_000.0, 18_000.0] {
             let own = table.emissivity(line, &table.conditions(temperature, 1000.0));
             let lines = ion_lines(ion, Temperature(temperature), NumberDensity(1000.0)).unwrap();
-            let other = lines.lines().iter().find(|line| (line.lambda_um - um).abs() < 2e-5).unwrap().strength;
+            let other = lines.lines().iter().find(|line| (line.lambda_um - spectra::air::vacuum_um(um)).abs() < 2e-5).unwrap().strength;
             // W m⁻³ sr⁻¹ of n_e n_ion = 1 cm⁻⁶.
             close(label, own, other * 4.0 * std::f64::consts::PI * 10.0, 6e-3);
         }
