@@ -134,10 +134,13 @@ class FitModel:
     def residuals(self, values: Sequence[float]) -> np.ndarray:
         """Data less model in standard errors; infinite, with a warning, where the values cannot be, so that searches turn back."""
         try:
-            mean, sigma = self.predict(values)
+            return self._residuals(values)
         except _barnard.SceneError as error:
             warnings.warn(f"no model at {list(values)}: {error}", stacklevel=2)
             return np.full_like(self.data, np.inf)
+
+    def _residuals(self, values: Sequence[float]) -> np.ndarray:
+        mean, sigma = self.predict(values)
         return (self.data - mean) / sigma
 
     def jacobian(self, values: Sequence[float]) -> np.ndarray:
@@ -161,8 +164,7 @@ class FitModel:
         steps = self.diff_step * np.maximum(np.abs(here), 1e-3 * self.x_scale)
 
         def at(key: int, by: float) -> np.ndarray:
-            mean, sigma = self.predict([value + by * (key == own) for own, value in enumerate(here)])
-            return (self.data - mean) / sigma
+            return self._residuals([value + by * (key == other) for other, value in enumerate(here)])
 
         columns = []
         for key, (step, (low, high)) in enumerate(zip(steps, self.bounds)):
@@ -221,7 +223,7 @@ def _source(number: int, image: Any, beside: dict[str, Any]) -> Any:
         for name, value in beside.items():
             if value is not None:
                 raise TypeError(f"{name} goes with an array or an Image; the file {os.fspath(image)} has its own: NAME_error or ERR, and mask.NAME or DQ")
-        return os.path.abspath(image)
+        return image
     name = f"image {number}"
     if isinstance(image, Image):
         picture, values = image._native, None
@@ -247,10 +249,10 @@ def _planes(array: Any, name: str, shape: tuple[int, ...] | None) -> np.ndarray:
     return np.ascontiguousarray(array)
 
 
-def observations(images: Images, empty: Any, beside: dict[str, Any], assumed: tuple[bool, ...]) -> list[tuple[Any, dict[str, Any], tuple[bool, ...]]]:
+def observations(images: list[tuple[Any, Mapping[str, Any]]], empty: Any, beside: dict[str, Any], assumed: tuple[bool, ...]) -> list[tuple[Any, dict[str, Any], tuple[bool, ...]]]:
     """Each image as its source, a tree and what is assumed of it; `empty` makes a scene of keywords."""
     found = []
-    for number, (image, parts) in enumerate(_pairs(images)):
+    for number, (image, parts) in enumerate(images):
         own = {name: parts.get(name, value) for name, value in beside.items()}
         tree = tree_of(empty(**{name: part for name, part in parts.items() if name not in BESIDE}))
         found.append((_source(number, image, own), tree, assumed))
@@ -269,18 +271,18 @@ def model_of(scene: Scene, free: str, images: Images, beside: dict[str, Any], as
             raise ValueError(f"assume={name!r}: what may be assumed is {' and '.join(UNSAID)}")
     scene = scene._twin()
     tree, native = scene._native()
-    sources = observations(images, type(scene), beside, tuple(name in names for name in UNSAID))
+    pairs = _pairs(images)
+    sources = observations(pairs, type(scene), beside, tuple(name in names for name in UNSAID))
     made = _barnard.fit_model(scene._reading(), tree, native, free, sources, progress=listener)
-    # Files are found from elsewhere too.
-    kept = [(os.path.abspath(image) if isinstance(image, (str, os.PathLike)) else image, parts) for image, parts in _pairs(images)]
-    return FitModel(made, (scene, free, kept, beside, names))
+    return FitModel(made, (scene, free, pairs, beside, names))
 
 
 def _pairs(images: Images) -> list[tuple[Any, Mapping[str, Any]]]:
-    """Each image with what its scene has in place of the common one."""
+    """Each image with what its scene has in place of the common one; paths are absolute, so that a pickle finds its files from elsewhere."""
     if isinstance(images, (str, os.PathLike, Image)) or hasattr(images, "__array__"):
         images = [images]
-    return [image if isinstance(image, tuple) else (image, {}) for image in images]
+    pairs = [image if isinstance(image, tuple) else (image, {}) for image in images]
+    return [(os.path.abspath(image) if isinstance(image, (str, os.PathLike)) else image, parts) for image, parts in pairs]
 
 
 def _remade(scene: Scene, free: str, images: Images, beside: dict[str, Any], assume: list[str]) -> FitModel:
