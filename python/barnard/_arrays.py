@@ -10,6 +10,11 @@ from ._rows import QUANTITIES, scene_error
 from ._values import has_unit, spelled
 
 
+#: What values with a unit may be.
+DENSITIES = ("number density", "mass density", "extinction per length")
+NO_DENSITY = ", no ".join(DENSITIES)
+
+
 def taken(values: Any, key: str, copy: bool, clip: bool = False) -> tuple[np.ndarray, str | None]:
     """An array of three axes, contiguous, read-only, of float32 or float64, and the unit of its values.
 
@@ -57,24 +62,26 @@ def taken(values: Any, key: str, copy: bool, clip: bool = False) -> tuple[np.nda
 
 
 def _unit(values: Any, key: str) -> str | None:
-    """The unit of number densities that a value's own unit is, where it has one: "cm-3" times a factor is not."""
+    """The unit of densities or extinctions that a value's own unit is, where it has one: "cm-3" times a factor is not."""
     if not has_unit(values):
         return None
     unit = getattr(values, "unit", None)
     unit = getattr(values, "units", None) if unit is None else unit
     if unit is None or str(unit) in ("", "dimensionless"):
         return None
-    for name, _ in QUANTITIES["number density"][0]:
+    for kind in DENSITIES:
+        names = [name for name, _ in QUANTITIES[kind][0]]
         try:
-            size = float((1.0 * unit).to_value(spelled(name)))
+            sizes = [float((1.0 * unit).to_value(spelled(name))) for name in names]
         except Exception:  # Each library has its own.
-            break
-        if size == 1.0:
-            return name
-    else:
-        raise scene_error(key, f"the values are in {unit}; turn them into cm-3 first, such as by .to('cm**-3')")
+            continue
+        for name, size in zip(names, sizes):
+            if abs(size - 1.0) < 1e-12:
+                return name
+        raise scene_error(key, f"the values are in {unit}; turn them into {spelled(names[0])} first, by .to('{spelled(names[0])}')")
     raise scene_error(
-        key, f"the values are in {unit}, which is no number density; give plain numbers, and choose the scale of dust or gas for them"
+        key,
+        f"the values are in {unit}, which is no {NO_DENSITY}; give plain numbers, and choose the scale of dust or gas for them",
     )
 
 

@@ -39,6 +39,11 @@ def _limit(threads: int) -> None:
             _limited[:] = [threads]
 
 
+def unchanged(value: Any) -> Any:
+    """The value itself, as a task whose result other tasks share."""
+    return value
+
+
 class Volume:
     """Voxels along x, y and z of a box [pc], and where bricks begin along each axis, the end of the last behind them."""
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ._arrays import DENSITIES, NO_DENSITY
 from ._rows import QUANTITIES, scene_error
 
 AXES = ("x", "y", "z")
@@ -72,8 +73,8 @@ def _length(unit: str, key: str) -> str:
 
 
 def _density(unit: str, key: str) -> str:
-    known = [name for quantity in ("number density", "extinction per length") for name, _ in QUANTITIES[quantity][0]]
+    known = [name for quantity in DENSITIES for name, _ in QUANTITIES[quantity][0]]
     for name in known:
         if _plain(name) == _plain(unit):
             return name
-    raise scene_error(key, f'the array is in "{unit}", which is no number density or extinction per length ({", ".join(known)})')
+    raise scene_error(key, f'the array is in "{unit}", which is no {NO_DENSITY} ({", ".join(known)})')

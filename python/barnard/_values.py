@@ -12,7 +12,7 @@ from ._rows import QUANTITIES, scene_error
 
 #: Quantities that a value may be, where its name is not that of one.
 _ALSO = {
-    "extinction": ["extinction per length", "extinction per hydrogen column"],
+    "extinction": ["extinction per length", "extinction per hydrogen column", "extinction per mass"],
 }
 
 

@@ -226,11 +226,9 @@ class _Work:
         self._futures.add(future)
         return future
 
-    def scattered(self, value: Any) -> Any:
-        """The future of a value that all workers have."""
-        future = self.client.scatter(value, broadcast=True, hash=False)
-        self._futures.add(future)
-        return future
+    def shared_value(self, value: Any) -> Any:
+        """The future of a value for many tasks. It is the result of a task, so that it is made anew where its worker is lost."""
+        return self.submit(tasks.unchanged, value)
 
     def _finished(self, futures: list[Any], share: float = 1.0) -> list[Any]:
         """The same futures, when all are done; each is so much of a brick's work."""
@@ -248,7 +246,7 @@ class _Work:
         """Extinction of dust where there is some, then gas, at all voxels."""
         import dask
 
-        shared = self.scattered(tasks.Shared(self.scene, self.volume, self.threads))
+        shared = self.shared_value(tasks.Shared(self.scene, self.volume, self.threads))
         places = list(self.volume.places())
         blocks = ({name: array.blocks[place] for name, array in fields.items()} for place in places)
         delayed = [dask.delayed(tasks.densities)(shared, values, place) for values, place in zip(blocks, places)]
@@ -268,12 +266,12 @@ class _Work:
         small = tasks.of_densities(self.scene, means, self.volume.box, self.camera)
         # The client's own threads are left as they are.
         native = tasks.Shared(small, self.volume, 0).planned()
-        self.shared = self.scattered(tasks.Shared(small, self.volume, self.threads))
+        self.shared = self.shared_value(tasks.Shared(small, self.volume, self.threads))
         return native
 
     def star_depths(self, star: list[float], dust: _Bricks, share: float) -> _Bricks:
         """The depths from a star at all voxels, a share of those of all stars."""
-        sweeps = self.scattered(tasks.Sweeps(self.volume, star, self.threads))
+        sweeps = self.shared_value(tasks.Sweeps(self.volume, star, self.threads))
         native = tasks.Sweeps(self.volume, star, 0).made()
         layers: dict[int, list[tuple[int, list[Any]]]] = {}
         for number, (frustum, places) in enumerate(native.layers):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,18 @@ from .plan import Plan, exactness
 from .plates import Plates, wavelengths
 from .sequence import FrameSequence
 from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Instrument, Method, Observation, Output, Spectrograph, Star, StarTable
+
+if TYPE_CHECKING:
+    from typing import Generic, TypeVar
+
+    Own = TypeVar("Own", bound=Table)
+
+    class Part(Generic[Own]):
+        """A table of a scene: set as an object or a dictionary of its keys, read as an object."""
+
+        def __get__(self, scene: Scene, owner: type[Scene]) -> Own: ...
+        def __set__(self, scene: Scene, value: Own | dict[str, Any] | None) -> None: ...
+
 
 class Scene:
     """Everything that is in front of the telescope, and the telescope.
@@ -56,6 +68,21 @@ class Scene:
         Where something is no table or has an unknown key. Values out of range and what does not fit together are told by
         `check`, `plan` and `render`; `key` is the place, such as `star[2].temperature`.
     """
+
+    if TYPE_CHECKING:
+        # A part that a scene lacks is None; type checkers take it to be there, so that `scene.dust.scale = ...` passes.
+        camera: Part[Camera] = Part()
+        dust: Part[Dust] = Part()
+        gas: Part[Gas] = Part()
+        background: Part[Background] = Part()
+        detail: Part[Detail] = Part()
+        spectrograph: Part[Spectrograph] = Part()
+        display: Part[Display] = Part()
+        observation: Part[Observation] = Part()
+        instrument: Part[Instrument] = Part()
+        output: Part[Output] = Part()
+        method: Part[Method] = Part()
+        sequence: Part[Frames] = Part()
 
     def __init__(
         self,

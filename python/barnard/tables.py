@@ -55,7 +55,11 @@ class Grid(Sampled):
         edenhofer24, leike20, lallement22, vergely22; it says array, unit and box, and clips.
     unit : text, default the file's own
         What the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per
-        length into mag/pc, which dust and gas are scaled by; anything else is taken as it is.
+        length into mag/pc, which dust and gas are scaled by; mass densities need mass_per_h; anything else is taken
+        as it is.
+    mass_per_h : number, default required for mass densities
+        Mass of the gas per hydrogen nucleus in hydrogen atoms, by which mass densities become nuclei per cm3: 1.4 for
+        solar abundances.
     wcs : boolean, default true
         Whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5,
         the transform of .vdb); false where low and high, or voxel, say better.
@@ -98,6 +102,7 @@ class Grid(Sampled):
         memory: Quantity | None = None,
         preset: str | None = None,
         unit: str | None = None,
+        mass_per_h: float | None = None,
         wcs: bool | None = None,
         storage: str | None = None,
         factor: float | None = None,
@@ -117,6 +122,7 @@ class Grid(Sampled):
             memory=memory,
             preset=preset,
             unit=unit,
+            mass_per_h=mass_per_h,
             wcs=wcs,
             storage=storage,
             factor=factor,
@@ -1007,8 +1013,10 @@ class Dust(Table):
     density : expression
         Of the fields, such as "cloud" or "n_H * (1 - x_ion)".
     scale : extinction
-        Of density 1: per length ("2 mag/pc" of A_V, "4 /pc" of depth), or per column for a density in cm-3 ("5.32e-22
-        mag cm2").
+        Of density 1: per length ("2 mag/pc" of A_V, "4 /pc" of depth), or for a density in cm-3 per column of
+        hydrogen ("5.32e-22 mag cm2") or of mass ("200 cm2/g", with mass_per_h).
+    mass_per_h : number, default required for a scale per mass
+        Mass per hydrogen nucleus in hydrogen atoms, of what the scale is per gram of: 1.4 for all of the gas.
     law : text, default draine03_rv31
         Extinction law.
     r_v : number, default 3.1
@@ -1032,12 +1040,21 @@ class Dust(Table):
         density: str,
         scale: Quantity,
         *,
+        mass_per_h: float | None = None,
         law: str | None = None,
         r_v: float | None = None,
         albedo: float | Albedo | None = None,
         phase: Phase | None = None,
     ):
-        super().__init__(density=density, scale=scale, law=law, r_v=r_v, albedo=albedo, phase=phase)
+        super().__init__(
+            density=density,
+            scale=scale,
+            mass_per_h=mass_per_h,
+            law=law,
+            r_v=r_v,
+            albedo=albedo,
+            phase=phase,
+        )
 
 
 class Star(Table):
@@ -1082,7 +1099,7 @@ class Star(Table):
         An embedded passband.
     distance : length, default needed with magnitude
         Where the magnitude was seen from.
-    magnitude_system : text, default vega
+    magnitude_system : text, default vega; required for passbands whose magnitudes are not
         Vega or ab.
     temperature : temperature
         Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
@@ -1181,7 +1198,7 @@ class StarTable(Table):
         An embedded passband, for a column of magnitudes.
     distance : length, default needed with magnitudes
         Where magnitudes were seen from.
-    magnitude_system : text, default vega
+    magnitude_system : text, default vega; required for passbands whose magnitudes are not
         Vega or ab.
 
     Raises
@@ -1433,10 +1450,14 @@ class StarCatalogue(Table):
         x, y and z of the scene are those of the sky.
     magnitude_band : text, default johnson-V
         An embedded passband, for a column `magnitude`.
-    magnitude_system : text, default vega
+    magnitude_system : text, default vega; required for passbands whose magnitudes are not
         Vega or ab.
     temperature : temperature, default 5800 K
         Of stars of which neither type nor temperature nor a second magnitude is known.
+    epoch : number, default that of the catalogue
+        The year to which stars are moved by their proper motions, columns pmra and pmdec in mas/yr, such as 2026.5.
+    catalogue_epoch : number, default column ref_epoch; 2000 for HYG
+        The year of the positions, where epoch is given.
     faintest : number, default none
         Stars of larger magnitudes are left out.
 
@@ -1456,6 +1477,8 @@ class StarCatalogue(Table):
         magnitude_band: str | None = None,
         magnitude_system: str | None = None,
         temperature: Quantity | None = None,
+        epoch: float | None = None,
+        catalogue_epoch: float | None = None,
         faintest: float | None = None,
     ):
         super().__init__(
@@ -1464,6 +1487,8 @@ class StarCatalogue(Table):
             magnitude_band=magnitude_band,
             magnitude_system=magnitude_system,
             temperature=temperature,
+            epoch=epoch,
+            catalogue_epoch=catalogue_epoch,
             faintest=faintest,
         )
 

@@ -1,6 +1,8 @@
 """Volumes in bricks: any number of them makes the picture of one, and nothing is ever gathered."""
 
 import gc
+import os
+import signal
 import time
 
 import numpy as np
@@ -194,3 +196,21 @@ def test_a_field_in_bricks_is_no_array():
             use()
     with pytest.raises(bn.SceneError, match="three axes"):
         bn.Grid(da.zeros((8, 8)))
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8])
+def test_a_killed_worker_is_made_up_for(share):
+    """What it had is computed anew by the others: the same bits."""
+    distributed = pytest.importorskip("distributed")
+    own = scene(da.from_array(cloud(24), chunks=8))
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
+        with distributed.Client(local) as client:
+            whole = bn.render_bricks(own, client, camera=CAMERAS[0], progress=False)
+            victims = [min(client.run(os.getpid).values())]
+
+            def kill(done, all):
+                if victims and done >= share * all:
+                    os.kill(victims.pop(), signal.SIGKILL)
+
+            again = bn.render_bricks(own, client, camera=CAMERAS[0], progress=kill)
+            assert not victims and np.array_equal(again.radiance, whole.radiance)

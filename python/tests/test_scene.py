@@ -1,6 +1,7 @@
 """Scenes in Python are the scenes of files: the same keys, the same bits, errors that name the key."""
 
 import pickle
+import re
 import subprocess
 import sys
 
@@ -174,3 +175,22 @@ def test_values_changed_in_place_are_heard():
 
 def test_lit_scenes_differ_by_their_density():
     assert not np.array_equal(lit(cloud()).render().radiance, lit(2 * cloud()).render().radiance)
+
+
+def test_scenes_pass_type_checkers(tmp_path):
+    """Keys of parts are set without a check for None; a wrong keyword or type is an error."""
+    pytest.importorskip("mypy")
+    script = tmp_path / "use.py"
+    script.write_text(
+        "import barnard as bn\n"
+        'scene = bn.Scene(dust={"density": "1", "scale": "1 /pc"})\n'
+        'scene.dust.scale = "3 mag/pc"\n'
+        'scene.background = {"stars": {"density": "2500 /deg2"}}\n'
+        "scene.camera.size = (8, 8)\n"
+        "wrong: int = scene.render().shape\n"
+        'bn.Star(positon="0 0 0 pc")\n'
+    )
+    command = [sys.executable, "-m", "mypy", "--ignore-missing-imports", "--cache-dir", str(tmp_path / "cache"), str(script)]
+    found = subprocess.run(command, capture_output=True, text=True).stdout
+    assert [line for line in found.splitlines() if "error:" in line and "use.py:" not in line] == []
+    assert sorted(int(line) for line in re.findall(r"use\.py:(\d+): error", found)) == [6, 7], found

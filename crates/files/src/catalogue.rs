@@ -123,8 +123,8 @@ impl Catalogue {
 /// Name, pivot, width, counting and family.
 fn passbands() -> Rows {
     let family = |name: &str| {
-        let found = spectra::passband::FAMILIES.iter().filter(|f| name.starts_with(f.name)).max_by_key(|f| f.name.len());
-        found.map_or(if name.starts_with("cie") { "CIE 1931" } else { spectra::passband::FAMILIES[0].summary }, |f| f.summary)
+        spectra::passband::family(name)
+            .map_or(if name.starts_with("cie") { "CIE 1931" } else { spectra::passband::FAMILIES[0].summary }, |f| f.summary)
     };
     let row = |name: &str| {
         let band = spectra::passband::Passband::named(name).ok()?;

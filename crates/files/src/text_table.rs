@@ -1,11 +1,13 @@
-//! Tables of text: columns parted by commas, semicolons, tabs or blanks, lines that begin with `#` and empty ones left
-//! out.
+//! Tables of text: columns separated by commas, semicolons, tabs or blanks. Lines that begin with `#` and empty ones are
+//! skipped, except for column names that stand behind a `#` (numpy.savetxt, TOPCAT) and the units of an ECSV header.
 
 use std::io::{BufRead, Read};
 
 use barnard::data::TextTable;
 use barnard::error::{Error, Result};
 use barnard::properties::{Origin, Place};
+
+use crate::columns::ecsv;
 
 /// Most bytes of a line: a catalogue's are some thousands.
 const MAX_LINE: u64 = 1 << 20;
@@ -34,16 +36,29 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
         }
     };
     let mut reader = csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).from_reader(lines);
-    let columns: Vec<String> = reader.headers().map_err(told)?.iter().map(str::to_owned).collect();
+    let mut columns: Vec<String> = reader.headers().map_err(told)?.iter().map(str::to_owned).collect();
+    for (name, unit) in reader.get_ref().ecsv_units() {
+        columns.iter_mut().filter(|column| **column == name).for_each(|column| *column = format!("{name} [{unit}]"));
+    }
     let Some(line) = reader.get_ref().said.first().copied() else {
         return Err(wrong(1, "holds no line of column names".into()));
     };
     let mut table = TextTable { columns, line, rows: Vec::new() };
     let mut row = csv::StringRecord::new();
-    while reader.read_record(&mut row).map_err(told)? {
+    let is_open = |row: &csv::StringRecord| row.iter().any(|cell| cell.contains('\n'));
+    loop {
+        match reader.read_record(&mut row) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(error) if !is_open(&row) => return Err(told(error)),
+            Err(_) => {}
+        }
         // A row's position is that of the empty lines before it.
         let before = row.position().map_or(1, |p| p.line() as usize);
         let line = reader.get_ref().said_from(before);
+        if is_open(&row) {
+            return Err(wrong(line, "has a quotation mark that is not closed in its line; close it, or remove it from the name".into()));
+        }
         if table.rows.len() == most_rows {
             return Err(wrong(line, format!("has more than {most_rows} rows, which is most that such a table may have")));
         }
@@ -53,6 +68,32 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
         return Err(wrong(table.line, "holds no rows below its column names".into()));
     }
     Ok(table)
+}
+
+/// The next line of a source, of [`MAX_LINE`] bytes at most, its end as "\n": lines end with LF, CR LF or CR.
+fn line_of(source: &mut impl BufRead) -> std::io::Result<Vec<u8>> {
+    let mut line = Vec::new();
+    while (line.len() as u64) < MAX_LINE {
+        let bytes = source.fill_buf()?;
+        if bytes.is_empty() {
+            break;
+        }
+        let room = bytes.len().min(MAX_LINE as usize - line.len());
+        let end = bytes[..room].iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+        line.extend_from_slice(&bytes[..end.unwrap_or(room)]);
+        let Some(end) = end else {
+            source.consume(room);
+            continue;
+        };
+        let is_return = bytes[end] == b'\r';
+        source.consume(end + 1);
+        if is_return && source.fill_buf()?.first() == Some(&b'\n') {
+            source.consume(1);
+        }
+        line.push(b'\n');
+        break;
+    }
+    Ok(line)
 }
 
 /// The lines of a source as a CSV reader wants them: those that say nothing are empty, many blanks that part columns
@@ -65,6 +106,8 @@ struct SaidLines<R> {
     count: usize,
     /// Numbers of the lines that say something, from 1.
     said: Vec<usize>,
+    /// Comments above the first of them, of at most [`MAX_LINE`] bytes.
+    comments: String,
     /// The current line, and how much of it was given.
     line: String,
     given: usize,
@@ -73,29 +116,60 @@ struct SaidLines<R> {
 impl<R: BufRead> SaidLines<R> {
     /// Reads up to the first line that says something, which parts its columns as all lines do.
     fn new(source: R) -> std::io::Result<Self> {
-        let mut lines = Self { source, delimiter: None, count: 0, said: Vec::new(), line: String::new(), given: 0 };
+        let comments = String::new();
+        let mut lines = Self { source, delimiter: None, count: 0, said: Vec::new(), comments, line: String::new(), given: 0 };
         let mut head = String::new();
         while lines.said.is_empty() && lines.advance()? {
-            head += &lines.line;
+            if lines.said.is_empty() {
+                head += &lines.line;
+            }
+            if head.len() + lines.comments.len() > MAX_LINE as usize {
+                let words = "has more than a mebibyte of comments and empty lines above its first row";
+                return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, words));
+            }
         }
-        lines.line = head;
+        if let Some(names) = lines.names_in_comment() {
+            // The names stand in the empty line of their comment.
+            head.pop();
+            head += &names;
+            head.push('\n');
+            lines.said.insert(0, lines.count - 1);
+        }
+        lines.line = head + &lines.line;
         Ok(lines)
+    }
+
+    /// The column names in the comment right above the first row, where that row has numbers only: as many names as the
+    /// row has cells.
+    fn names_in_comment(&self) -> Option<String> {
+        let delimiter = char::from(self.delimiter?);
+        let cells: Vec<&str> = self.line.trim_end().split(delimiter).collect();
+        let is_number = |cell: &&str| cell.trim().is_empty() || cell.trim().parse::<f64>().is_ok();
+        let comment = self.comments.lines().last()?.trim_start_matches('#').trim();
+        let names = if delimiter == ' ' { comment.split_whitespace().collect() } else { comment.split(delimiter).collect::<Vec<_>>() };
+        let is_head = names.len() == cells.len() && cells.len() > 1 && !names.iter().any(is_number);
+        (self.said == [self.count] && self.count > 1 && cells.iter().all(is_number) && is_head).then(|| names.join(&delimiter.to_string()))
+    }
+
+    /// Names and units of columns by the header of an ECSV file.
+    fn ecsv_units(&self) -> Vec<(String, String)> {
+        if self.comments.starts_with(ecsv::MAGIC) { ecsv::units(&self.comments) } else { Vec::new() }
     }
 
     /// Takes the next line up; false where there is none.
     fn advance(&mut self) -> std::io::Result<bool> {
         let refuse = |words: &str| Err(std::io::Error::new(std::io::ErrorKind::InvalidData, words));
-        let mut bytes = Vec::new();
-        if self.source.by_ref().take(MAX_LINE).read_until(b'\n', &mut bytes)? == 0 {
+        let bytes = line_of(&mut self.source)?;
+        if bytes.is_empty() {
             return Ok(false);
         }
-        if bytes.len() as u64 == MAX_LINE && !bytes.ends_with(b"\n") {
+        if bytes.len() as u64 >= MAX_LINE && !bytes.ends_with(b"\n") {
             return refuse("has a line of more than a mebibyte, which no table of text has");
         }
         let Ok(text) = std::str::from_utf8(&bytes) else { return refuse("is no text in UTF-8") };
         self.count += 1;
         let text = if self.count == 1 { text.strip_prefix('\u{feff}').unwrap_or(text) } else { text };
-        let text = text.trim_end_matches(['\n', '\r']);
+        let text = text.trim_end_matches('\n');
         self.line.clear();
         if !text.trim().is_empty() && !text.starts_with('#') {
             self.said.push(self.count);
@@ -104,6 +178,13 @@ impl<R: BufRead> SaidLines<R> {
                 b' ' => self.line = text.split_whitespace().collect::<Vec<_>>().join(" "),
                 _ => self.line += text,
             }
+        }
+        if self.said.is_empty() && text.starts_with('#') {
+            self.comments += text;
+            self.comments.push('\n');
+        } else if self.said.is_empty() && !self.comments.starts_with(ecsv::MAGIC) {
+            // Column names stand right above the first row.
+            self.comments.clear();
         }
         self.line.push('\n');
         self.given = 0;

@@ -82,6 +82,8 @@ fn filters_are_understood_or_refused() {
         ("nm,a,b\n500,1,0\n550,1,0.8\n600,1,0\n".into(), "column = \"b\"", Ok(0.04)),
         ("5.0D+02 0.0D0\n5.5D+02 8.0D-1\n6.0D+02 0.0D0\n".into(), "", Ok(0.04)),
         ("500,0\n550,nan\n600,0\n".into(), "", Err("line 2")),
+        ("5,000;0.0\n5,500;0.8\n6,000;0.0\n".into(), "unit = \"angstrom\"", Err("line 1")),
+        ("5,000.0;0.0\n5,500.0;0.8\n6,000.0;0.0\n".into(), "unit = \"angstrom\"", Err("line 1")),
         ("# %ECSV 1.0\n# ---\n# datatype:\n# - {name: w, unit: Angstrom, datatype: float64}\n# - {name: t, datatype: float64}\nw t\n5000 0\n5500 0.8\n6000 0\n".into(), "", Ok(0.04)),
         ("<?xml version=\"1.0\"?><VOTABLE><RESOURCE><TABLE><FIELD name=\"Wavelength\" unit=\"AA\" datatype=\"double\"/><FIELD name=\"Transmission\" datatype=\"double\"/><DATA><TABLEDATA><TR><TD>5000</TD><TD>0</TD></TR><TR><TD>5500</TD><TD>0.8</TD></TR><TR><TD>6000</TD><TD>0</TD></TR></TABLEDATA></DATA></TABLE></RESOURCE></VOTABLE>".into(), "", Ok(0.04)),
         ("".into(), "", Err("no rows")),
@@ -174,6 +176,28 @@ fn catalogues_are_understood_or_refused() {
         ("ra,dec,johnson-V,teff [kK]\n83.82,-5.39,5,9\n", "", Ok(x)),
         ("\u{feff}ra,dec,johnson-V\n83.82,-5.39,5\n", "", Ok(x)),
         ("ra;dec;johnson-V\n83,82;-5,39;5\n", "", Err("in.csv:2")),
+        ("# ra, dec, johnson-V\n83.82,-5.39,5\n", "", Ok(x)),
+        ("# ra dec johnson-V\n83.82 -5.39 5\n", "", Ok(x)),
+        ("# ra, dec, johnson-V\n\n83.82,-5.39,5\n", "", Err("in.csv:3")),
+        ("name,ra,dec,johnson-V\n\"Alpha,83.82,-5.39,5\nBeta,1,2,3\n", "", Err("quotation mark")),
+        ("ra,dec,johnson-V,name\n83.82,-5.39,5,\"Alpha\n1,2,3,Beta\n", "", Err("quotation mark")),
+        ("ra,dec,johnson-V,name\n83.82,-5.39,5,5\" star\n", "", Ok(x)),
+        (
+            "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: ra, unit: hourangle, datatype: float64}\n# - {name: dec, unit: rad, datatype: float64}\n# - {name: johnson-V, unit: mag, datatype: float64}\nra dec johnson-V\n5.588 -0.0940732466801 5\n",
+            "",
+            Ok(x),
+        ),
+        ("ra,dec,johnson-V\n1.462934978997,-0.0940732466801,5\n", "", Err("ra [rad]")),
+        ("right_ascension,dec,johnson-V\n5.588,-5.39,5\n", "", Err("right_ascension [h]")),
+        ("l,b,johnson-V\n1.46,-0.09,5\n", "", Err("l [rad]")),
+        ("ra,dec,gmag\n83.82,-5.39,5\n", "", Err("several surveys")),
+        ("ra,dec,Gmag\n83.82,-5.39,5\n", "", Ok(x)),
+        ("ra,dec,panstarrs-g\n83.82,-5.39,5\n", "magnitude_system = \"ab\"\n", Ok(x)),
+        ("ra,dec,johnson-V,pmra,pmdec,ref_epoch\n83.82,-5.39,5,0,3600000,2016\n", "epoch = 2016\n", Ok(x)),
+        ("ra,dec,johnson-V,pmra [arcsec/yr],pmdec\n83.82,-5.39,5,1,1\n", "epoch = 2020\n", Err("arcsec/yr")),
+        ("ra,dec,johnson-V,pmra,pmdec\n83.82,-5.39,5,1,1\n", "epoch = 2020\n", Err("catalogue_epoch")),
+        ("ra,dec,johnson-V,pmra,pmdec,ref_epoch\n83.82,-5.39,5,1,1,\n", "epoch = 2020\n", Err("no year")),
+        ("ra,dec,johnson-V\n83.82,-5.39,5\n", "epoch = 2020\n", Err("pmra")),
         ("ra,dec,johnson-V\n83.82,-95.39,5\n", "", Err("in.csv:2")),
     ];
     let of = |keys: &str| format!("[background.catalogue]\nfile = \"in.csv\"\naxes = \"icrs\"\n{keys}");
@@ -182,6 +206,49 @@ fn catalogues_are_understood_or_refused() {
         assert_eq!(stars.len(), 1);
         stars[0].direction.x
     });
+}
+
+/// Barnard's star, whose name this program has: from its place in 2000 to that in 2016 of Gaia DR3 (Hipparcos 2007 catalogue:
+/// 269.45402305°, 4.66828815° at 1991.25, μ = −797.84, 10326.93 mas/yr; Gaia DR3: 269.44850252°, 4.73942005° at 2016.0).
+#[test]
+fn proper_motions_are_applied() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("in.csv"),
+        "ra [deg],dec [deg],johnson-V,pmra [mas/yr],pmde\n269.45402305,4.66828815,9.5,-797.84,10326.93\n",
+    )
+    .unwrap();
+    let star = |keys: &str| {
+        let scene = scene(folder.path(), &format!("[background.catalogue]\nfile = \"in.csv\"\naxes = \"icrs\"\n{keys}")).unwrap();
+        (scene.background.catalogue.as_ref().unwrap().catalogue.stars[0].direction, scene.inputs[0].text.clone())
+    };
+    let unit = |ra: f64, dec: f64| {
+        let [(sin_l, cos_l), (sin_b, cos_b)] = [ra, dec].map(|angle| angle.to_radians().sin_cos());
+        barnard::glam::DVec3::new(cos_b * cos_l, cos_b * sin_l, sin_b)
+    };
+    let gaia = unit(269.44850252, 4.73942005);
+    let (moved, note) = star("epoch = 2016\ncatalogue_epoch = 1991.25\n");
+    // Perspective acceleration is 0.4 arcsec of these 256.
+    let apart = |direction: barnard::glam::DVec3| direction.distance(gaia).to_degrees() * 3600.0;
+    assert!(apart(moved) < 0.6 && note.contains("moved to 2016"), "{} arcsec; {note}", apart(moved));
+    let (still, note) = star("");
+    assert!(apart(still) > 200.0 && note.contains("not applied"), "{} arcsec; {note}", apart(still));
+}
+
+/// Magnitudes of passbands whose catalogues are not in Vega's system need their system, in catalogues, tables and stars.
+#[test]
+fn magnitude_systems_are_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("in.csv"), "ra [deg],dec,sdss2010-g\n83.82,-5.39,5\n").unwrap();
+    let star =
+        "[[star]]\nkind = \"blackbody\"\ntemperature = \"6000 K\"\nposition = \"0 0 0 pc\"\nmagnitude = \"5 mag\"\ndistance = \"10 pc\"\n";
+    for text in
+        ["[background.catalogue]\nfile = \"in.csv\"\naxes = \"icrs\"\n".to_owned(), format!("{star}magnitude_band = \"sdss2010-g\"\n")]
+    {
+        let error = scene(folder.path(), &text).unwrap_err().to_string();
+        assert!(error.contains("sdss2010-g") && error.contains("magnitude_system = \"ab\""), "{error}");
+        scene(folder.path(), &format!("{text}magnitude_system = \"ab\"\n")).unwrap();
+    }
 }
 
 /// The colour index of HYG gives B − V: 0.1 mag.
@@ -200,6 +267,230 @@ fn hyg_has_colours() {
     };
     assert!((flux("johnson-V") - 5.0).abs() < 1e-9 && (flux("johnson-B") - 5.1).abs() < 1e-9);
     assert!(scene.inputs.iter().any(|note| note.text.contains("HYG") && note.is_inferred));
+}
+
+/// What must come of a table of text in one of the forms below.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Must {
+    /// It is read right.
+    Read,
+    /// It is refused.
+    Refuse,
+    /// It is read right or refused.
+    Either,
+}
+
+/// The same table in many forms, and damaged: names of columns, and rows of numbers.
+fn forms(names: &[&str], rows: &[&[&str]]) -> Vec<(&'static str, Vec<u8>, Must)> {
+    use Must::{Either, Read, Refuse};
+    let cells = |separator: &str, cell: &dyn Fn(&str) -> String| -> String {
+        let line = |row: &[&str]| row.iter().map(|own| cell(own)).collect::<Vec<_>>().join(separator) + "\n";
+        rows.iter().map(|row| line(row)).collect()
+    };
+    let joined = |separator: &str| names.join(separator) + "\n";
+    let same = |cell: &str| cell.to_owned();
+    let plain = joined(",") + &cells(",", &same);
+    let body = cells(",", &same);
+    let is_number = |cell: &str| cell.parse::<f64>().is_ok();
+    let numbers = |make: &dyn Fn(f64) -> String| {
+        let cell = |own: &str| own.parse::<f64>().map_or(own.to_owned(), make);
+        joined(";") + &cells(";", &cell)
+    };
+    let commas = |own: &str| if is_number(own) { own.replace('.', ",") } else { own.to_owned() };
+    let first_row = body.lines().next().unwrap();
+    let last_number = rows[0].iter().rposition(|cell| is_number(cell)).unwrap();
+    let spoilt = |with: &str| {
+        let row: Vec<&str> = rows[0].iter().enumerate().map(|(i, cell)| if i == last_number { with } else { *cell }).collect();
+        plain.replacen(first_row, &row.join(","), 1)
+    };
+    let ecsv_columns: String = names
+        .iter()
+        .map(|name| {
+            let (base, unit) = name.trim_end_matches(']').split_once(" [").unwrap_or((name, ""));
+            let unit = if unit.is_empty() { String::new() } else { format!("unit: {unit}, ") };
+            format!("# - {{name: {base}, {unit}datatype: float64}}\n")
+        })
+        .collect();
+    let bare: Vec<&str> = names.iter().map(|name| name.split(" [").next().unwrap()).collect();
+    let ecsv =
+        format!("# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n{ecsv_columns}# schema: astropy-2.0\n{}\n{body}", bare.join(","));
+    let bytes = |text: String| text.into_bytes();
+    let utf16: Vec<u8> = [0xff, 0xfe].into_iter().chain(plain.encode_utf16().flat_map(u16::to_le_bytes)).collect();
+    vec![
+        ("plain", bytes(plain.clone()), Read),
+        ("byte-order mark", bytes(format!("\u{feff}{plain}")), Read),
+        ("CR LF", bytes(plain.replace('\n', "\r\n")), Read),
+        ("CR", bytes(plain.replace('\n', "\r")), Read),
+        ("no end of line", bytes(plain.trim_end().to_owned()), Read),
+        ("semicolons", bytes(joined(";") + &cells(";", &same)), Read),
+        ("tabs", bytes(joined("\t") + &cells("\t", &same)), Read),
+        ("blanks behind separators", bytes(plain.replace(',', " , ")), Read),
+        ("comments between", bytes(format!("# made by hand\n{}", plain.replacen('\n', "\n# a pause\n", 1))), Read),
+        ("empty lines", bytes(plain.replace('\n', "\n\n")), Read),
+        ("lines of blanks", bytes(plain.replace('\n', "\n   \n")), Read),
+        ("quoted cells", bytes(joined(",") + &cells(",", &|cell| format!("\"{cell}\""))), Read),
+        ("names behind #", bytes(format!("# {plain}")), if rows[0].iter().all(|cell| is_number(cell)) { Read } else { Either }),
+        ("exponents", bytes(numbers(&|v| format!("{v:e}"))), Read),
+        ("ECSV", bytes(ecsv), Read),
+        ("plus signs", bytes(numbers(&|v| format!("{v:+}"))), Either),
+        ("Fortran exponents", bytes(numbers(&|v| format!("{v:e}").replace('e', "D"))), Either),
+        ("decimal commas", bytes(joined(";") + &cells(";", &commas)), Either),
+        ("decimal commas by tabs", bytes(joined("\t") + &cells("\t", &commas)), Either),
+        ("decimal commas by commas", bytes(joined(",") + &cells(",", &commas)), Either),
+        ("Unicode minus", bytes(plain.replace('-', "−")), Either),
+        ("separators at the end", bytes(plain.replace('\n', ",\n")), Either),
+        ("names in capitals", bytes(plain.replacen(&joined(","), &joined(",").to_uppercase(), 1)), Either),
+        ("thousands", bytes(spoilt("\"1,234.5\"")), Refuse),
+        ("thousands by blanks", bytes(spoilt("1 234.5")), Refuse),
+        ("empty", Vec::new(), Refuse),
+        ("names alone", bytes(joined(",")), Refuse),
+        ("comments alone", bytes("# a\n# b\n".into()), Refuse),
+        ("a cell too few", bytes(plain.replacen(first_row, first_row.rsplit_once(',').unwrap().0, 1)), Refuse),
+        ("a cell too many", bytes(plain.replacen(first_row, &format!("{first_row},7,8"), 1)), Refuse),
+        ("a word for a number", bytes(spoilt("many")), Refuse),
+        ("not a number", bytes(spoilt("nan")), Either),
+        ("endless", bytes(spoilt("inf")), Refuse),
+        ("beyond all numbers", bytes(spoilt("1e999")), Refuse),
+        ("an open quotation mark", bytes(plain.replacen(first_row, &format!("\"{first_row}"), 1)), Either),
+        ("UTF-16", utf16, Refuse),
+        ("Latin 1", [plain.as_bytes(), b"\xe9"].concat(), Refuse),
+        ("zeros", vec![0; 4096], Refuse),
+    ]
+}
+
+/// Every reader of text gets the same table in many forms, and damaged: each is right, or refused with the name of the
+/// file and the place in it.
+#[test]
+fn all_readers_of_text_are_right_or_refuse() {
+    const DUST: &str =
+        "[field.d]\nkind = \"sphere\"\nradius = \"1 pc\"\n[dust]\ndensity = \"d\"\nscale = \"1 /pc\"\nlaw = \"inverse_wavelength\"\n";
+    const STAR: &str = "[[star]]\nposition = \"0 0 0 pc\"\nluminosity = \"1 Lsun\"\n";
+    type Row = (&'static str, &'static [&'static str], &'static [&'static [&'static str]], String, fn(&Scene) -> f64, f64);
+    let direction = 83.82f64.to_radians().cos() * (-5.39f64).to_radians().cos();
+    let readers: [Row; 7] = [
+        (
+            "filter",
+            &["wavelength [nm]", "throughput"],
+            &[&["500.5", "0.25"], &["550.5", "0.75"], &["600.5", "0.25"]],
+            "[[band]]\nname = \"b\"\nkind = \"file\"\nfile = \"in.csv\"\n".into(),
+            |scene| scene.bands[0].integrate(|_| 1.0),
+            0.05,
+        ),
+        (
+            "spectrum",
+            &["wavelength [nm]", "flux"],
+            &[&["300.5", "1.5"], &["650.5", "1.5"], &["1000.5", "4.5"]],
+            format!("{STAR}kind = \"file\"\nfile = \"in.csv\"\n"),
+            |scene| scene.stars[0].spectrum.continuum(0.8255) / scene.stars[0].spectrum.continuum(0.5005),
+            2.0,
+        ),
+        (
+            "albedo",
+            &["wavelength [nm]", "albedo"],
+            &[&["400.5", "0.625"], &["600.5", "0.875"]],
+            format!("{DUST}albedo = {{ kind = \"file\", file = \"in.csv\" }}\n"),
+            |scene| scene.dust.as_ref().unwrap().albedo.at(0.5005),
+            0.75,
+        ),
+        (
+            "phase",
+            &["cos_theta", "p"],
+            &[&["-1.0", "0.5"], &["0.0", "1.5"], &["1.0", "2.5"]],
+            format!("{DUST}albedo = 0.5\nphase = {{ kind = \"tabulated\", file = \"in.csv\" }}\n"),
+            |scene| scene.dust.as_ref().unwrap().phase.at(0.0, 0.55) * 4.0 * std::f64::consts::PI,
+            1.0,
+        ),
+        (
+            "catalogue",
+            &["ra [deg]", "dec [deg]", "johnson-V"],
+            &[&["183.5", "25.5", "5.5"], &["83.82", "-5.39", "9.5"]],
+            "[background.catalogue]\nfile = \"in.csv\"\naxes = \"icrs\"\n".into(),
+            // The second row is the fainter star, the last; a star without a magnitude is left out.
+            |scene| scene.background.catalogue.as_ref().unwrap().catalogue.stars.last().unwrap().direction.x,
+            direction,
+        ),
+        (
+            "star table",
+            &["x [pc]", "y [pc]", "z [pc]", "temperature [K]", "luminosity [Lsun]"],
+            &[&["0.5", "-1.25", "1.5", "9000.5", "2.5"], &["1.5", "1.5", "1.5", "5000.5", "1.5"]],
+            "[[star_table]]\nfile = \"in.csv\"\n".into(),
+            |scene| scene.stars[0].position.x - scene.stars[0].position.y,
+            1.75,
+        ),
+        (
+            "path",
+            &["time [s]", "x [pc]", "y [pc]", "z [pc]"],
+            &[&["0.0", "0.5", "-1.25", "5.5"], &["1.5", "1.5", "1.5", "4.5"]],
+            "[camera.path]\nfile = \"in.csv\"\n".into(),
+            |scene| scene.camera.position.x - scene.camera.position.y,
+            1.75,
+        ),
+    ];
+    let mut wrong = Vec::new();
+    for (reader, names, rows, text, value, expected) in readers {
+        let forms = forms(names, rows);
+        assert!(forms.len() >= 30);
+        for (form, bytes, must) in forms {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::write(folder.path().join("in.csv"), &bytes).unwrap();
+            match scene(folder.path(), &text) {
+                Ok(scene) => {
+                    let found = value(&scene);
+                    if must == Must::Refuse || (found / expected - 1.0).abs() > 1e-5 {
+                        wrong.push(format!("{reader}, {form}: read as {found}, where {expected} is right ({must:?})"));
+                    }
+                }
+                Err(error) => {
+                    let message = error.to_string();
+                    if must == Must::Read || !message.contains("in.csv") || message.len() < 30 {
+                        wrong.push(format!("{reader}, {form}: {message} ({must:?})"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A kernel of EXR is padded to its display window, and cut by it: a point in column 3, row 4 of 8 x 6 pixels.
+#[test]
+fn kernels_of_exr_fill_their_display_window() {
+    use exr::prelude::*;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("psf.exr");
+    let write = |first: (i32, i32), size: (usize, usize), window: ((i32, i32), (usize, usize)), point: usize| {
+        let values = (0..size.0 * size.1).map(|i| if i == point { 1.0 } else { 0.25 }).collect::<Vec<f32>>();
+        let channels = AnyChannels::sort([AnyChannel::new("Y", FlatSamples::F32(values))].into_iter().collect());
+        let mut attributes = LayerAttributes::named("psf");
+        attributes.layer_position = Vec2(first.0, first.1);
+        let mut image = Image::from_layer(Layer::new(size, attributes, Encoding::UNCOMPRESSED, channels));
+        image.attributes.display_window = IntegerBounds { position: Vec2(window.0.0, window.0.1), size: Vec2(window.1.0, window.1.1) };
+        image.write().to_file(&path).unwrap();
+        read_picture(&path, None, 1 << 20).unwrap()
+    };
+    let whole = |(first, size): ((i32, i32), (usize, usize))| {
+        let inside = |x: i32, y: i32| (first.0..first.0 + size.0 as i32).contains(&x) && (first.1..first.1 + size.1 as i32).contains(&y);
+        let value = |x: i32, y: i32| {
+            if (x, y) == (3, 4) {
+                1.0
+            } else if inside(x, y) {
+                0.25
+            } else {
+                0.0
+            }
+        };
+        (0..6).flat_map(|y| (0..8).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect::<Vec<f64>>()
+    };
+    // All of it; a part within it; more than it on all sides; a display window that does not begin at zero.
+    for (first, size, window, point) in [
+        ((0, 0), (8, 6), (0, 0), 4 * 8 + 3),
+        ((2, 3), (4, 2), (0, 0), 4 + 1),
+        ((-1, -2), (12, 9), (0, 0), 6 * 12 + 4),
+        ((12, 3), (4, 2), (10, 0), 4 + 1),
+    ] {
+        let found = write(first, size, (window, (8, 6)), point);
+        assert_eq!(found, ([8, 6], whole(((first.0 - window.0, first.1 - window.1), size))), "{first:?} {size:?}");
+    }
 }
 
 /// A FITS header of these cards, padded, before data.

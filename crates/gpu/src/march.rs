@@ -163,7 +163,7 @@ impl Renderer {
     /// then.
     pub fn move_star(&mut self, star: usize, place: DVec3) -> Result<Option<f64>> {
         let space = self.volumes.space.clone();
-        let volumes: Vec<&Volume> = space.volumes.iter().collect();
+        let volumes: Vec<&Volume> = space.volumes.iter().map(|volume| &**volume).collect();
         let target = slot_of(&self.layout.quads, &volumes, Channel::StarDepth(star));
         let (Some(target), Some(dust)) = (target, self.layout.shape.dust) else {
             return Err(GpuError::NoStar(star, space.stars.len()));

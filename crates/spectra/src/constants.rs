@@ -22,6 +22,12 @@ pub const LIGHT_YEAR: f64 = SPEED_OF_LIGHT * JULIAN_YEAR;
 pub const SOLAR_LUMINOSITY: f64 = 3.828e26;
 /// Nominal solar radius \[m\] (IAU 2015 resolution B3).
 pub const SOLAR_RADIUS: f64 = 6.957e8;
+/// Solar mass \[kg\] (IAU 2015 resolution B3: GM = 1.3271244e20 m³ s⁻²; G of CODATA 2018).
+pub const SOLAR_MASS: f64 = 1.327_124_4e20 / 6.674_30e-11;
+/// Atomic mass constant \[kg\] (CODATA 2018).
+pub const ATOMIC_MASS: f64 = 1.660_539_066_60e-27;
+/// Mass of a hydrogen atom \[kg\] (AME2020: 1.00782503190 u).
+pub const HYDROGEN_MASS: f64 = 1.007_825_031_90 * ATOMIC_MASS;
 /// Magnitudes of extinction in one unit of optical depth \[mag\]: 2.5 log₁₀ e, A = 1.0857 τ.
 pub const MAGNITUDES_PER_DEPTH: f64 = 2.5 * std::f64::consts::LOG10_E;
 /// AB zero point f_ν [W m⁻² Hz⁻¹] (Oke & Gunn 1983: 3631 Jy).

@@ -169,6 +169,16 @@ quantity! {
     NumberDensity("number density", "600 cm-3") { "cm-3" = 1.0, "/cm3" = 1.0, "1/cm3" = 1.0, "m-3" = 1e-6, "/m3" = 1e-6, "1/m3" = 1e-6, "pc-3" = CM * CM * CM }
 }
 quantity! {
+    /// A mass density [g cm⁻³].
+    MassDensity("mass density", "2.3e-21 g/cm3") {
+        "g/cm3" = 1.0, "g cm-3" = 1.0, "kg/m3" = 1e-3, "kg m-3" = 1e-3, "Msun/pc3" = SOLAR_MASS * 1e3 * CM * CM * CM, "Msun pc-3" = SOLAR_MASS * 1e3 * CM * CM * CM
+    }
+}
+quantity! {
+    /// Extinction at V per column of mass, times one g cm⁻³ \[pc⁻¹ g⁻¹ cm³\]: the opacity of dust and gas together.
+    ExtinctionPerMass("extinction per mass", "200 cm2/g") { "cm2/g" = 1.0 / CM, "m2/kg" = 10.0 / CM, "mag cm2/g" = 1.0 / (CM * MAGNITUDES_PER_DEPTH) }
+}
+quantity! {
     /// A velocity [km s⁻¹].
     Velocity("velocity", "20 km/s") { "km/s" = 1.0, "m/s" = 1e-3 }
 }
@@ -247,7 +257,9 @@ pub const QUANTITIES: &[QuantityRow] = &[
     row::<SpectralRadiance>(),
     row::<ExtinctionCoefficient>(),
     row::<ExtinctionPerColumn>(),
+    row::<ExtinctionPerMass>(),
     row::<NumberDensity>(),
+    row::<MassDensity>(),
     row::<Emissivity>(),
     row::<SkyDensity>(),
     row::<Area>(),

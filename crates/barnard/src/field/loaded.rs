@@ -1,9 +1,11 @@
 //! A field from a file: an array of NumPy, a FITS cube, an HDF5 dataset, or an OpenVDB grid.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use spectra::units::{ExtinctionCoefficient, NumberDensity, Quantity};
+use spectra::constants::HYDROGEN_MASS;
+use spectra::units::{ExtinctionCoefficient, MassDensity, NumberDensity, Quantity};
 
 use super::dust_map::DustMap;
 use super::placement::Placement;
@@ -59,7 +61,13 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
             "unit",
             "text",
             "the file's own",
-            "what the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per length into mag/pc, which dust and gas are scaled by; anything else is taken as it is",
+            "what the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per length into mag/pc, which dust and gas are scaled by; mass densities need mass_per_h; anything else is taken as it is",
+        ),
+        Key::optional(
+            "mass_per_h",
+            "number",
+            "required for mass densities",
+            "mass of the gas per hydrogen nucleus in hydrogen atoms, by which mass densities become nuclei per cm3: 1.4 for solar abundances",
         ),
         Key::optional(
             "wcs",
@@ -97,6 +105,19 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
 /// # Errors
 /// Where a key is wrong, the file is missing or broken, or its values are no densities.
 pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
+    read(section, inputs).map_err(|error| {
+        let Ok(Some(label)) = section.text("file").map(|file| file.map(|file| inputs.label(file))) else { return error };
+        match error {
+            Error::Scene { message, place } if !message.contains(&label) => Error::Scene { message: format!("{label}: {message}"), place },
+            values @ Error::FieldValues { .. } => {
+                section.error("file", format!("{label}: {values}; clip = true makes blank, NaN and negative cells zero"))
+            }
+            other => other,
+        }
+    })
+}
+
+fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     let keys: Vec<&str> = std::iter::once("kind").chain(KIND.keys.iter().map(|key| key.name)).collect();
     section.check_keys(&keys)?;
     let file = section.need_text("file")?;
@@ -185,25 +206,51 @@ fn volume_note(file: &str, placement: &Placement, unit: Option<&str>, factor: f6
 const DENSITY: &str = "cm-3";
 const EXTINCTION: &str = "mag/pc";
 
+/// The key of the mean mass of gas per hydrogen nucleus [hydrogen atoms], and its range: pure hydrogen to gas without any.
+const MASS_PER_H: &str = "mass_per_h";
+const MASSES_PER_H: RangeInclusive<f64> = 1.0..=1000.0;
+
+/// The mass of gas per hydrogen nucleus \[g\] that a section states.
+///
+/// # Errors
+/// Where the number is below that of pure hydrogen.
+pub(crate) fn grams_per_h(section: &Section) -> Result<Option<f64>> {
+    Ok(section.number(MASS_PER_H, MASSES_PER_H)?.map(|atoms| atoms * HYDROGEN_MASS * 1e3))
+}
+
 /// What a value of one is, in cm-3 where it is a number density, in mag/pc where it is an extinction; and in what values
 /// are then.
 fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
+    let grams = grams_per_h(section)?;
+    let stated = section.text("unit")?;
+    let mass = [stated, own].into_iter().flatten().find(|unit| MassDensity::unit_size(unit).is_some());
+    match (mass, grams) {
+        (Some(mass), None) => {
+            let message = format!(
+                "values in \"{mass}\" are a mass density: write mass_per_h = 1.4, the mass of the gas per hydrogen nucleus in hydrogen atoms, and n_H in cm-3 is made of it"
+            );
+            return Err(section.error("unit", message));
+        }
+        (None, Some(_)) => return Err(section.error(MASS_PER_H, "goes with a unit of mass per volume, such as unit = \"g/cm3\"")),
+        _ => {}
+    }
     let extinction = |unit: &str| Some(ExtinctionCoefficient::unit_size(unit)? / ExtinctionCoefficient::unit_size(EXTINCTION)?);
     let size = |unit: &str| {
         let density = NumberDensity::unit_size(unit).map(|size| (size, Some(DENSITY.to_owned())));
-        density.or_else(|| extinction(unit).map(|size| (size, Some(EXTINCTION.to_owned()))))
+        let of_mass = || Some((MassDensity::unit_size(unit)? / grams?, Some(DENSITY.to_owned())));
+        density.or_else(of_mass).or_else(|| extinction(unit).map(|size| (size, Some(EXTINCTION.to_owned()))))
     };
-    match (section.text("unit")?, own) {
+    match (stated, own) {
         (None, None) => Ok((1.0, None)),
         (None, Some(own)) => size(own).ok_or_else(|| {
             let message = format!(
-                "the file's own unit is \"{own}\", which is neither a number density nor an extinction: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
+                "the file's own unit is \"{own}\", which is neither a density nor an extinction: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
             );
             section.error("file", message)
         }),
         (Some(said), None) => size(said).ok_or_else(|| {
-            let known: Vec<&str> = NumberDensity::UNITS.iter().chain(ExtinctionCoefficient::UNITS).map(|(name, _)| *name).collect();
-            let message = format!("\"{said}\" is no number density or extinction that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
+            let known: Vec<&str> = NumberDensity::UNITS.iter().chain(MassDensity::UNITS).chain(ExtinctionCoefficient::UNITS).map(|(name, _)| *name).collect();
+            let message = format!("\"{said}\" is no number density, mass density or extinction that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
             section.error("unit", message)
         }),
         (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or_else(|| (1.0, Some(said.trim().to_owned())))),

@@ -44,6 +44,7 @@ pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
 pub use grid::Grid;
 pub use lattice::Lattice;
 pub(crate) use lattice::trilinear;
+pub(crate) use loaded::grams_per_h;
 pub use loaded::{Loaded, load};
 pub use partition::Partition;
 pub use plummer::Plummer;

@@ -236,7 +236,10 @@ fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Op
             within(section, Bounds { low: frame.low + moved, high: frame.high + moved }, corners, own.is_sparse)
         }
         (Err(_), Some(corners)) => Ok((corners, None)),
-        (Err(reason), None) if reason.is_empty() => section.bounds("low", "high").map(|bounds| (bounds, None)),
+        (Err(reason), None) if reason.is_empty() => {
+            let message = "the array has no box of its own: write low = \"-1 -1 -1 pc\" and high = \"1 1 1 pc\", or voxel = \"0.1 pc\"";
+            Err(section.error("low", message))
+        }
         (Err(reason), None) => Err(section.error("file", format!("{reason}voxel, or low and high"))),
     }
 }

@@ -252,7 +252,7 @@ impl Plan {
     /// All volumes that the march reads.
     pub fn volumes(&self) -> impl Iterator<Item = &Volume> {
         let fields = self.light_field.iter().flat_map(|f| &f.volumes);
-        self.space.volumes.iter().chain(fields).chain(self.scattered_field.iter().flat_map(|f| &f.volumes))
+        self.space.volumes.iter().map(|volume| &**volume).chain(fields).chain(self.scattered_field.iter().flat_map(|f| &f.volumes))
     }
 
     /// The bytes that all tables and grids take.

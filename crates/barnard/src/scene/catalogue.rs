@@ -8,6 +8,7 @@ use spectra::passband::{self, Passband};
 use spectra::sed;
 use spectra::units::{Quantity, Temperature};
 
+use super::proper_motion::{self, Motion, YEARS};
 use super::star::magnitude_system;
 use crate::data::{InputNote, Inputs, TextTable};
 use crate::error::{Error, Result};
@@ -24,8 +25,15 @@ pub(super) const KEYS: &[Key] = &[
         "observation: the sky lies as [observation] says of every picture, from wherever it is taken; icrs or galactic: x, y and z of the scene are those of the sky",
     ),
     Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband, for a column `magnitude`").of("passbands"),
-    Key::optional("magnitude_system", "text", "vega", "vega or ab"),
+    Key::optional("magnitude_system", "text", "vega; required for passbands whose magnitudes are not", "vega or ab"),
     Key::optional("temperature", "temperature", "5800 K", "of stars of which neither type nor temperature nor a second magnitude is known"),
+    Key::optional(
+        "epoch",
+        "number",
+        "that of the catalogue",
+        "the year to which stars are moved by their proper motions, columns pmra and pmdec in mas/yr, such as 2026.5",
+    ),
+    Key::optional("catalogue_epoch", "number", "column ref_epoch; 2000 for HYG", "the year of the positions, where epoch is given"),
     Key::optional("faintest", "number", "none", "stars of larger magnitudes are left out"),
 ];
 
@@ -37,19 +45,26 @@ const MAX_TYPES: usize = 256;
 /// Names that catalogues have for what is read, in small letters.
 const RIGHT_ASCENSION: [&str; 5] = ["ra", "raj2000", "ra_icrs", "_raj2000", "right_ascension"];
 const DECLINATION: [&str; 6] = ["dec", "dej2000", "de_icrs", "_dej2000", "decj2000", "declination"];
+/// Longitudes that their catalogues state in degrees: those of VizieR.
+const IN_DEGREES: [&str; 4] = ["raj2000", "ra_icrs", "_raj2000", "glon"];
 const LONGITUDE: [&str; 3] = ["l", "glon", "galactic_longitude"];
 const LATITUDE: [&str; 3] = ["b", "glat", "galactic_latitude"];
-/// Magnitudes by the names of columns, and the passbands that they mean.
+/// Magnitudes by the names of columns, and their passbands. `gmag` is Gaia's with this capital letter alone, as VizieR
+/// writes it: SDSS and Pan-STARRS have a `gmag` too.
 const MAGNITUDES: [(&str, &str); 8] = [
     ("phot_g_mean_mag", "gaiadr3-G"),
     ("phot_bp_mean_mag", "gaiadr3-BP"),
     ("phot_rp_mean_mag", "gaiadr3-RP"),
-    ("gmag", "gaiadr3-G"),
+    (GAIA_G, "gaiadr3-G"),
     ("bpmag", "gaiadr3-BP"),
     ("rpmag", "gaiadr3-RP"),
     ("vmag", "johnson-V"),
     ("bmag", "johnson-B"),
 ];
+
+const GAIA_G: &str = "Gmag";
+/// Columns that SDSS, Pan-STARRS, SkyMapper and others all have.
+const SURVEY_MAGNITUDES: [&str; 6] = ["umag", "gmag", "rmag", "imag", "zmag", "ymag"];
 
 /// What catalogues write where they know nothing.
 const BLANKS: [&str; 4] = ["null", "nan", "--", "none"];
@@ -60,6 +75,7 @@ const COLOURS: [&str; 4] = ["ci", "b-v", "b_v", "bv"];
 /// B − V as `ci`, and the Sun as its first row (astronexus.com/projects/hyg).
 const HYG: [&str; 4] = ["hip", "proper", "dist", "absmag"];
 const SUN_OF_HYG: &str = "sol";
+const EPOCH_OF_HYG: f64 = 2000.0;
 
 /// The columns that are read, by their numbers.
 struct Columns {
@@ -109,12 +125,23 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
     let label: Arc<str> = inputs.label(file).into();
     let columns = columns(section, &table, &label)?;
     let [Some(first), second] = &columns.bands else { return Err(section.error("file", "has no magnitudes")) };
-    let photometry = section.wrap("file", Photometry::new(first.clone(), second.as_ref(), magnitude_system(section)?))?;
+    let known: Vec<&Passband> = [first].into_iter().chain(second).collect();
+    let system = magnitude_system(section, &known)?;
+    let photometry = section.wrap("file", Photometry::new(first.clone(), second.as_ref(), system))?;
     let plain = section.positive::<Temperature>("temperature")?.unwrap_or(Temperature(5800.0));
     let faintest = section.number("faintest", -30.0..=40.0)?.unwrap_or(f64::INFINITY);
     let mut builder = Builder::new(photometry);
     let mut types = Vec::new();
-    refuse_small_right_ascensions(&table, &columns, &label)?;
+    let (epoch, stated) = (section.number("epoch", YEARS)?, section.number("catalogue_epoch", YEARS)?);
+    if epoch.is_none() {
+        section.refuse(&["catalogue_epoch"], "epoch")?;
+    } else if columns.frame != SkyFrame::Icrs {
+        return Err(section.error("epoch", "needs right ascensions and declinations; leave it out"));
+    }
+    let from = stated.or(columns.is_hyg.then_some(EPOCH_OF_HYG));
+    let motion = epoch.map(|epoch| Motion::new(&table, epoch, from)).transpose();
+    let motion = motion.map_err(|message| wrong(&label, table.line, message))?;
+    refuse_small_longitudes(&table, &columns, &label)?;
     for (number, (line, cells)) in table.rows.iter().enumerate() {
         let cell = |column: Option<usize>| {
             let text = column.and_then(|column| cells.get(column)).map_or("", String::as_str).trim();
@@ -176,7 +203,12 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
         } else {
             Colour::Temperature(plain.0)
         };
-        builder.add(cell(columns.name).to_owned(), place.direction(), brightness, colour);
+        let number = |column: usize| match cell(Some(column)) {
+            "" => Ok(None),
+            text => text.parse().map(Some).map_err(|_| format!("\"{text}\" in column \"{}\" is no number", table.columns[column])),
+        };
+        let direction = motion.as_ref().map_or(Ok(place.direction()), |motion| motion.direction(&place, number)).map_err(wrong)?;
+        builder.add(cell(columns.name).to_owned(), direction, brightness, colour);
     }
     let catalogue = builder.build(label.to_string());
     let unit = |axis: usize| match columns.degrees[axis] {
@@ -185,8 +217,13 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
         _ => "other angles",
     };
     let hyg = if columns.is_hyg { ", recognised as HYG, whose right ascensions are in hours" } else { "" };
-    let text =
-        format!("catalogue: {} stars of {} rows, coordinates in {} and {}{hyg}", catalogue.stars.len(), table.rows.len(), unit(0), unit(1));
+    let moved = match &motion {
+        Some(motion) => format!(", moved to {} by their proper motions", motion.to),
+        None if proper_motion::columns(&table).is_some() => "; proper motions are not applied (epoch = 2026.5 applies them)".into(),
+        None => String::new(),
+    };
+    let (count, rows) = (catalogue.stars.len(), table.rows.len());
+    let text = format!("catalogue: {count} stars of {rows} rows, coordinates in {} and {}{hyg}{moved}", unit(0), unit(1));
     inputs.note(InputNote { file: file.to_owned(), text, is_inferred: columns.is_hyg });
     Ok(catalogue)
 }
@@ -219,7 +256,8 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
         section.refuse(&["magnitude_band"], "a column \"magnitude\"")?;
     }
     for (column, name) in names.iter().enumerate() {
-        let meant = MAGNITUDES.iter().find(|(own, _)| own == name).map(|(_, band)| *band);
+        let is_named = |own: &str| if own == GAIA_G { table.columns[column].trim().starts_with(own) } else { own == *name };
+        let meant = MAGNITUDES.iter().find(|(own, _)| is_named(own)).map(|(_, band)| *band);
         let own = meant.or_else(|| passband::names().into_iter().find(|band| band.eq_ignore_ascii_case(name)));
         if let Some(band) = own.filter(|band| bands.iter().all(|(_, known)| known.name() != *band)) {
             bands.push((column, section.wrap("file", Passband::named(band))?));
@@ -230,8 +268,11 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
         bands.push((column, section.wrap("file", Passband::named("johnson-B"))?));
     }
     if bands.is_empty() {
+        let survey = names.iter().find(|name| SURVEY_MAGNITUDES.contains(*name));
+        let survey = survey
+            .map(|name| format!("; \"{name}\" is a magnitude of several surveys: name the column by its passband, such as \"sdss-g\""));
         let message = "has no column of magnitudes: \"magnitude\", or the name of a passband such as \"johnson-V\" or \"phot_g_mean_mag\"";
-        return Err(wrong(label, table.line, message.to_owned()));
+        return Err(wrong(label, table.line, message.to_owned() + &survey.unwrap_or_default()));
     }
     let is_hyg = HYG.iter().all(|name| names.contains(name));
     let mut degrees = [if is_hyg { 15.0 } else { 1.0 }, 1.0];
@@ -280,17 +321,22 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
     })
 }
 
-/// Refuses right ascensions without a unit that may be hours: numbers of which none is above 24.
-fn refuse_small_right_ascensions(table: &TextTable, columns: &Columns, label: &Arc<str>) -> Result<()> {
+/// Refuses longitudes without a unit that may be hours or radians: numbers of which none is above 24, or above 2π.
+fn refuse_small_longitudes(table: &TextTable, columns: &Columns, label: &Arc<str>) -> Result<()> {
     let column = columns.place[0];
     let (name, unit) = TextTable::parted(&table.columns[column]);
-    let is_stated = unit.is_some() || unit_behind(&name).1.is_some() || columns.is_hyg || name != RIGHT_ASCENSION[0];
+    let is_stated = unit.is_some() || unit_behind(&name).1.is_some() || columns.is_hyg || IN_DEGREES.contains(&name.as_str());
+    let (most, units) = match columns.frame {
+        SkyFrame::Icrs => (24.0, ["deg", "h", "rad"].as_slice()),
+        SkyFrame::Galactic => (std::f64::consts::TAU, ["deg", "rad"].as_slice()),
+    };
     let numbers = || table.rows.iter().filter_map(|(_, cells)| cells.get(column)?.parse::<f64>().ok());
-    if is_stated || numbers().next().is_none() || numbers().any(|number| number > 24.0) {
+    if is_stated || numbers().next().is_none() || numbers().any(|number| number > most) {
         return Ok(());
     }
-    let message = "gives right ascensions without a unit, of which none is above 24: write \"ra [deg]\" or \"ra [h]\"";
-    Err(wrong(label, table.line, message.to_owned()))
+    let ways: Vec<String> = units.iter().map(|unit| format!("\"{name} [{unit}]\"")).collect();
+    let message = format!("gives \"{name}\" without a unit, and none is above {most:.4}: write {}", ways.join(" or "));
+    Err(wrong(label, table.line, message))
 }
 
 /// The catalogue around a scene.

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use spectra::extinction::Extinction;
-use spectra::units::{ExtinctionCoefficient, ExtinctionPerColumn, Quantity};
+use spectra::units::{ExtinctionCoefficient, ExtinctionPerColumn, ExtinctionPerMass, Quantity};
 
 use super::albedo::{self, Albedo};
 use super::{Fields, Loader};
 use crate::error::{Error, Result};
-use crate::field::{Field, IntoField};
+use crate::field::{Field, IntoField, grams_per_h};
 use crate::phase::{self, IntoPhase, Isotropic, Phase};
 use crate::properties::{Key, Section};
 
@@ -89,7 +89,13 @@ pub(super) const KEYS: &[Key] = &[
     Key::required(
         "scale",
         "extinction",
-        "of density 1: per length (\"2 mag/pc\" of A_V, \"4 /pc\" of depth), or per column for a density in cm-3 (\"5.32e-22 mag cm2\")",
+        "of density 1: per length (\"2 mag/pc\" of A_V, \"4 /pc\" of depth), or for a density in cm-3 per column of hydrogen (\"5.32e-22 mag cm2\") or of mass (\"200 cm2/g\", with mass_per_h)",
+    ),
+    Key::optional(
+        "mass_per_h",
+        "number",
+        "required for a scale per mass",
+        "mass per hydrogen nucleus in hydrogen atoms, of what the scale is per gram of: 1.4 for all of the gas",
     ),
     Key::optional("law", "text", "draine03_rv31", "extinction law").of("laws"),
     Key::optional("r_v", "number", "3.1", "A(V)/E(B-V), for laws that take it"),
@@ -121,10 +127,21 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
 /// The unit tells whether extinction is per length or per column of hydrogen.
 fn scale(section: &Section) -> Result<f64> {
     let text = section.need_text("scale")?;
-    let coefficient = ExtinctionCoefficient::parse(text).map(|c| c.0).or_else(|first| {
-        let per_column = ExtinctionPerColumn::parse(text).map(|c| c.0);
-        per_column.map_err(|_| section.error("scale", format!("{first}; for a density in cm-3, write it like \"5.32e-22 mag cm2\"")))
-    })?;
+    let grams = grams_per_h(section)?;
+    let coefficient = match ExtinctionPerMass::parse(text) {
+        Ok(per_mass) => {
+            let missing = "is per mass: write mass_per_h = 1.4, the mass of the gas per hydrogen nucleus in hydrogen atoms";
+            per_mass.0 * grams.ok_or_else(|| section.error("scale", missing))?
+        }
+        Err(_) => {
+            section.refuse(&["mass_per_h"], "a scale in cm2/g")?;
+            ExtinctionCoefficient::parse(text).map(|c| c.0).or_else(|first| {
+                let per_column = ExtinctionPerColumn::parse(text).map(|c| c.0);
+                per_column
+                    .map_err(|_| section.error("scale", format!("{first}; for a density in cm-3, write it like \"5.32e-22 mag cm2\"")))
+            })?
+        }
+    };
     if coefficient < 0.0 {
         return Err(section.error("scale", "extinction cannot be negative"));
     }

@@ -23,6 +23,7 @@ mod method;
 mod motion;
 mod observation;
 mod output;
+mod proper_motion;
 pub mod schema;
 mod spectrograph;
 mod star;

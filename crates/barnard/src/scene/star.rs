@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::curve::Ordinate;
 use spectra::extinction::Extinction;
-use spectra::passband::Passband;
+use spectra::passband::{Passband, family};
 use spectra::sed::{self, Foreground, MagnitudeSystem, PowerLaw, Scale, StarShape};
 use spectra::spectrum::Spectrum;
 use spectra::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperature, Wavelength};
@@ -174,7 +174,7 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional("extinction_law", "text", "gordon23", "the law of that dust, with R_V = 3.1 where it has one").of("laws"),
     Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband").of("passbands"),
     Key::optional("distance", "length", "needed with magnitude", "where the magnitude was seen from"),
-    Key::optional("magnitude_system", "text", "vega", "vega or ab"),
+    Key::optional("magnitude_system", "text", "vega; required for passbands whose magnitudes are not", "vega or ab"),
 ];
 
 pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Star> {
@@ -215,19 +215,28 @@ fn scale(section: &Section) -> Result<Scale> {
         _ => {
             let band = section.text("magnitude_band")?.unwrap_or("johnson-V");
             let band = section.wrap("magnitude_band", Passband::named(band))?;
-            let system = magnitude_system(section)?;
+            let system = magnitude_system(section, &[&band])?;
             let distance = section.need_positive::<Length>("distance")?;
             Scale::Magnitude(section.need::<Magnitude>(way)?, Box::new(band), distance, system, foreground(section)?)
         }
     })
 }
 
-/// The zero point of magnitudes, Vega where none is said.
-pub(super) fn magnitude_system(section: &Section) -> Result<MagnitudeSystem> {
-    Ok(match section.choice("magnitude_system", &["vega", "ab"])? {
-        Some("ab") => MagnitudeSystem::Ab,
-        _ => MagnitudeSystem::Vega,
-    })
+/// The zero point of magnitudes in these passbands. It must be stated where the convention is not Vega's.
+pub(super) fn magnitude_system(section: &Section, bands: &[&Passband]) -> Result<MagnitudeSystem> {
+    match section.choice("magnitude_system", &["vega", "ab"])? {
+        Some("ab") => return Ok(MagnitudeSystem::Ab),
+        Some(_) => return Ok(MagnitudeSystem::Vega),
+        None => {}
+    }
+    match bands.iter().find(|band| family(band.name()).is_some_and(|family| !family.is_vega)) {
+        Some(band) => {
+            let message =
+                format!("magnitudes in {} are not Vega magnitudes by convention: write magnitude_system = \"ab\" or \"vega\"", band.name());
+            Err(section.error("magnitude_system", message))
+        }
+        None => Ok(MagnitudeSystem::Vega),
+    }
 }
 
 /// The dust that an observed magnitude was seen through.

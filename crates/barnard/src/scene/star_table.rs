@@ -22,7 +22,7 @@ pub(super) const KEYS: &[Key] = &[
     Key::optional("visible", "boolean", "true", "whether the stars themselves are drawn"),
     Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband, for a column of magnitudes").of("passbands"),
     Key::optional("distance", "length", "needed with magnitudes", "where magnitudes were seen from"),
-    Key::optional("magnitude_system", "text", "vega", "vega or ab"),
+    Key::optional("magnitude_system", "text", "vega; required for passbands whose magnitudes are not", "vega or ab"),
 ];
 
 /// Most stars of a table: of more, frames grow with the stars.

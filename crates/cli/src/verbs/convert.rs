@@ -66,6 +66,9 @@ pub struct Convert {
     /// What the values are in
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
+    /// Mass of the gas per hydrogen nucleus in hydrogen atoms, for mass densities such as g/cm3: 1.4 for solar abundances
+    #[arg(long, value_name = "NUMBER")]
+    mass_per_h: Option<f64>,
     /// How values are kept, in blocks of which empty ones take no memory: single, half or byte
     #[arg(long, value_name = "KIND")]
     storage: Option<String>,
@@ -139,8 +142,8 @@ impl Convert {
         if let Some(every) = self.every {
             keys.insert("every", Value::Integer(every));
         }
-        if let Some(factor) = self.factor {
-            keys.insert("factor", Value::Number(factor));
+        for (key, number) in [("factor", self.factor), ("mass_per_h", self.mass_per_h)] {
+            number.into_iter().for_each(|number| keys.insert(key, Value::Number(number)));
         }
         if self.clip {
             keys.insert("clip", Value::Flag(true));

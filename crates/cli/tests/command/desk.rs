@@ -68,8 +68,13 @@ impl Desk {
         self.write("scene.toml", SCENE.replace(from, to).as_bytes());
         self
     }
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_barnard"));
+        command.args(arguments).current_dir(self.folder.path());
+        command
+    }
     pub fn run(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_barnard")).args(arguments).current_dir(self.folder.path()).output().unwrap()
+        self.command(arguments).output().unwrap()
     }
     /// Renders the scene and expects that it goes well.
     #[cfg(feature = "study")]

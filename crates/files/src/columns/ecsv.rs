@@ -5,6 +5,9 @@
 use spectra::Result;
 use spectra::curve::Columns;
 
+/// The beginning of every ECSV file.
+pub const MAGIC: &str = "# %ECSV";
+
 /// Reads columns and the units that the header states for them.
 ///
 /// # Errors
@@ -22,7 +25,7 @@ pub fn parse(name: &str, text: &str) -> Result<Columns> {
 }
 
 /// Names and units of the entries under "datatype:", each in one line or in several.
-fn units(text: &str) -> Vec<(String, String)> {
+pub fn units(text: &str) -> Vec<(String, String)> {
     let mut entries: Vec<Vec<(String, String)>> = Vec::new();
     for line in text.lines().map_while(|line| line.strip_prefix('#')) {
         let line = line.trim();

@@ -1,6 +1,6 @@
 //! Columns of numbers out of files of any format: text, ECSV, VOTable and FITS tables, recognised by what they begin with.
 
-mod ecsv;
+pub(crate) mod ecsv;
 mod votable;
 
 use std::io::Cursor;
@@ -30,7 +30,7 @@ pub fn read(label: &str, bytes: &[u8], memory_limit: u64) -> Result<Columns> {
     if text.trim_start().starts_with("<?xml") || text.trim_start().starts_with("<VOTABLE") {
         return Ok(votable::parse(label, text)?);
     }
-    if text.starts_with("# %ECSV") {
+    if text.starts_with(ecsv::MAGIC) {
         return Ok(ecsv::parse(label, text)?);
     }
     Ok(Columns::parse(label, text)?)

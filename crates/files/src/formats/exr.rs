@@ -285,5 +285,44 @@ fn decode(request: &mut Request) -> Result<image::Image> {
     channels.sort_by_key(|c| position(&own(c)));
     let names = channels.iter().map(|c| own(c)).collect();
     let samples: Vec<f32> = channels.iter().flat_map(|c| c.sample_data.values_as_f32()).collect();
-    Ok(image::Image::bare(width, height, names, image::Samples::Single(samples)))
+    if !order.is_empty() {
+        // A part of one of our pictures stays a part, as in every other format.
+        return Ok(image::Image::bare(width, height, names, image::Samples::Single(samples)));
+    }
+    let window = Window { shown: file.attributes.display_window, first: layer.attributes.layer_position, size: (width, height) };
+    let (size, samples) = window.fill(path, limit, samples)?;
+    Ok(image::Image::bare(size.0, size.1, names, image::Samples::Single(samples)))
+}
+
+/// The pixels that a file stores, its data window, within those that it shows, its display window.
+struct Window {
+    shown: IntegerBounds,
+    first: Vec2<i32>,
+    size: (usize, usize),
+}
+
+impl Window {
+    /// The channels of stored pixels as those of the display window: zero where nothing is stored, without what lies outside.
+    fn fill(&self, path: &std::path::Path, limit: u64, samples: Vec<f32>) -> Result<((usize, usize), Vec<f32>)> {
+        let (width, height) = (self.shown.size.width(), self.shown.size.height());
+        let offset = self.first - self.shown.position;
+        if (offset, self.size) == (Vec2(0, 0), (width, height)) {
+            return Ok((self.size, samples));
+        }
+        let stored = self.size.0 * self.size.1;
+        let pixels = (width as u64).saturating_mul(height as u64).saturating_mul((samples.len() / stored.max(1)) as u64);
+        memory::check(&format!("the display window of {}", path.display()), pixels.saturating_mul(4), limit)?;
+        let mut filled = Vec::with_capacity(pixels as usize);
+        for channel in samples.chunks_exact(stored.max(1)) {
+            for y in 0..height as i64 {
+                let row = usize::try_from(y - i64::from(offset.1)).ok().filter(|row| *row < self.size.1);
+                let at = |x: i64| {
+                    let column = usize::try_from(x - i64::from(offset.0)).ok().filter(|column| *column < self.size.0)?;
+                    Some(channel[row? * self.size.0 + column])
+                };
+                filled.extend((0..width as i64).map(|x| at(x).unwrap_or(0.0)));
+            }
+        }
+        Ok(((width, height), filled))
+    }
 }

@@ -114,6 +114,16 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
+/// Blanks the `L` behind whole numbers, as Python 2 wrote shapes: `(4L, 6L)`.
+fn without_long_suffixes(head: &mut [u8], start: usize, length: usize) {
+    let end = (start + length).min(head.len());
+    for i in start + 1..end {
+        if head[i] == b'L' && head[i - 1].is_ascii_digit() {
+            head[i] = b' ';
+        }
+    }
+}
+
 /// What of a request stays when its bytes are lent to a parser.
 pub(super) struct Asked<'a> {
     /// The path of the file.
@@ -157,6 +167,7 @@ impl<'r> Stream<'r> {
         }
         check_header(&head).map_err(wrong)?;
         let (start, length) = placed(&head);
+        without_long_suffixes(&mut head, start, length);
         let file = NpyFile::new(&head[..]).map_err(|e| wrong(format!("the .npy header is broken: {e}")))?;
         let (shape, fortran, stored) = (file.shape().to_vec(), file.order() == Order::Fortran, stored(&file.dtype()).map_err(wrong)?);
         let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);

@@ -14,25 +14,30 @@ pub struct Family {
     pub name: &'static str,
     /// The instrument, what its detector counts, and caveats, in one line.
     pub summary: &'static str,
+    /// Whether magnitudes in its bands are Vega magnitudes by convention.
+    pub is_vega: bool,
     text: &'static str,
 }
 
 macro_rules! family {
     ($name:literal, $file:literal, $summary:literal) => {
-        Family { name: $name, summary: $summary, text: include_str!(concat!("../../data/passbands/", $file, ".csv")) }
+        family!($name, $file, $summary, false)
+    };
+    ($name:literal, $file:literal, $summary:literal, $is_vega:literal) => {
+        Family { name: $name, summary: $summary, is_vega: $is_vega, text: include_str!(concat!("../../data/passbands/", $file, ".csv")) }
     };
 }
 
 /// All files of curves.
 pub const FAMILIES: &[Family] = &[
-    family!("johnson", "johnson", "Johnson UBV and Cousins RI as Bessell & Murphy 2012 found them, photon"),
-    family!("bessell", "bessell", "Bessell 1990 UBVRI, energy"),
+    family!("johnson", "johnson", "Johnson UBV and Cousins RI as Bessell & Murphy 2012 found them, photon", true),
+    family!("bessell", "bessell", "Bessell 1990 UBVRI, energy", true),
     family!("sdss2010", "sdss2010", "SDSS ugriz with airmass 1.3, photon, absolute"),
     family!("panstarrs", "panstarrs", "Pan-STARRS 1 with airmass 1.2, photon"),
-    family!("gaiadr3", "gaiadr3", "Gaia DR3 G, BP, RP, photon"),
+    family!("gaiadr3", "gaiadr3", "Gaia DR3 G, BP, RP, photon", true),
     family!("lsst2023", "lsst2023", "Rubin Observatory ugrizy with atmosphere, photon"),
-    family!("twomass", "twomass", "2MASS JHKs, photon"),
-    family!("wise2010", "wise2010", "WISE W1 to W4, photon"),
+    family!("twomass", "twomass", "2MASS JHKs, photon", true),
+    family!("wise2010", "wise2010", "WISE W1 to W4, photon", true),
     family!("euclid", "euclid", "Euclid VIS and NISP, photon"),
     family!("galex", "galex", "GALEX FUV and NUV, photon"),
     family!("hst-acs-wfc", "hst_acs_wfc", "HST ACS/WFC, total throughput, photon"),
@@ -42,6 +47,11 @@ pub const FAMILIES: &[Family] = &[
     family!("jwst-miri", "jwst_miri", "JWST MIRI, total throughput 2017, photon"),
     family!("amateur", "amateur", "idealised narrow bands of 3 to 12 nm, photon"),
 ];
+
+/// The family of an embedded passband, by the beginning of its name.
+pub fn family(name: &str) -> Option<&'static Family> {
+    FAMILIES.iter().filter(|family| name.starts_with(family.name)).max_by_key(|family| family.name.len())
+}
 
 /// A named set of bands.
 #[derive(Debug, Clone, Copy)]

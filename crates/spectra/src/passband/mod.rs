@@ -18,7 +18,7 @@ mod window;
 
 use std::sync::Arc;
 
-pub use embedded::{FAMILIES, Family, SETS, SetEntry, names, set};
+pub use embedded::{FAMILIES, Family, SETS, SetEntry, family, names, set};
 pub use leak::Leak;
 pub use window::{Window, window};
 

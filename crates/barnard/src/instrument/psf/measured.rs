@@ -55,7 +55,7 @@ impl Measured {
     /// # Errors
     /// Where it is no image of a point: empty, too large, negative in sum, or with values that are no numbers.
     pub fn new(name: &str, size: [usize; 2], values: Vec<f64>, pixel_rad: f64) -> Result<Self> {
-        let wrong = |said: String, wanted: &str| Err(Error::value("kernel", said, wanted));
+        let wrong = |said: String, wanted: &str| Err(Error::value("kernel", format!("{name}: {said}"), wanted));
         if size.iter().any(|edge| !(1..=MAX_EDGE).contains(edge)) || values.len() != size[0] * size[1] {
             return wrong(format!("{} x {} pixels", size[0], size[1]), "an image of 1 to 4097 pixels along its edges");
         }

@@ -83,7 +83,7 @@ impl SpatialPlan {
             }
             volume
         };
-        let volumes = channels.chunks(MAX_CHANNELS).map(volume).collect();
+        let volumes = channels.chunks(MAX_CHANNELS).map(volume).map(Arc::new).collect();
         drop(channels);
         Ok(Self {
             volumes,

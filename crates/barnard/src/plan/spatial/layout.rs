@@ -47,7 +47,7 @@ impl SpatialPlan {
             stars.map(|(slot, _)| f64::from(star_depths::deepest(v, slot, &self.bricks[0]))).fold(0.0, f64::max)
         };
         let many_lights = self.many_lights.as_ref().map_or(0.0, |many_lights| many_lights.deepest(&self.bricks[0]));
-        self.volumes.iter().map(of).fold(many_lights, f64::max)
+        self.volumes.iter().map(|v| of(v)).fold(many_lights, f64::max)
     }
 
     /// Lets go of the star depths, once something else holds the light.
@@ -65,6 +65,7 @@ impl SpatialPlan {
         }
         parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
         self.volumes.clear();
+        let mut volumes: Vec<Volume> = Vec::new();
         while let Some((lattice, _)) = parts.first().cloned() {
             let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
             let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
@@ -74,16 +75,15 @@ impl SpatialPlan {
             let what = format!("volumes of {} fields and of the depths of {depths} stars", channels.len() - depths);
             memory::check(&what, bytes, settings.memory_limit)?;
             let volume = |chunk: &[Channel]| Volume::with_pages(&lattice, chunk.to_vec(), self.precision, pages.clone());
-            self.volumes.extend(channels.chunks(MAX_CHANNELS).map(volume));
+            volumes.extend(channels.chunks(MAX_CHANNELS).map(volume));
             parts = others;
         }
-        let mut volumes = std::mem::take(&mut self.volumes);
         for volume in &mut volumes {
             for slot in 0..volume.channels.len() {
                 self.fill(volume, slot, control)?;
             }
         }
-        self.volumes = volumes;
+        self.volumes = volumes.into_iter().map(Arc::new).collect();
         Ok(())
     }
 
@@ -143,6 +143,6 @@ impl SpatialPlan {
         let is_own = |grid: &&Grid| !self.densities.iter().filter_map(|field| field.grid()).any(|of_scene| of_scene.shares(grid));
         let own: u64 = self.dust.iter().map(|d| &**d).chain(&self.emission).filter(is_own).map(Grid::bytes).sum();
         let many_lights = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());
-        self.volumes.iter().map(Volume::bytes).sum::<u64>() + own + many_lights
+        self.volumes.iter().map(|volume| volume.bytes()).sum::<u64>() + own + many_lights
     }
 }

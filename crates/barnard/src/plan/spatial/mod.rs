@@ -34,8 +34,8 @@ const SWALLOWED: f64 = 80.0;
 /// Density and star depths, sampled.
 #[derive(Debug, Clone)]
 pub struct SpatialPlan {
-    /// The volumes that the march reads.
-    pub volumes: Vec<Volume>,
+    /// The volumes that the march reads; spaces that differ in other things share them.
+    pub volumes: Vec<Arc<Volume>>,
     /// Dust alone, σ at V [pc⁻¹], for exact depths.
     pub dust: Option<Arc<Grid>>,
     /// The noise that the dust is, and σ at V of one [pc⁻¹], for back ends that evaluate it at every sample.
@@ -223,7 +223,7 @@ impl SpatialPlan {
 
     /// The volume and channel of a star's depths.
     pub fn star_channel(&self, star: usize) -> Option<(&Volume, usize)> {
-        self.volumes.iter().find_map(|v| v.channels.iter().position(|c| *c == Channel::StarDepth(star)).map(|slot| (v, slot)))
+        self.volumes.iter().map(|v| &**v).find_map(|v| v.channels.iter().position(|c| *c == Channel::StarDepth(star)).map(|slot| (v, slot)))
     }
 
     /// The finest voxel edge \[pc\].

@@ -91,7 +91,7 @@ impl SpatialPlan {
     pub(super) fn scale_depths(&mut self, ratio: f64) -> bool {
         let depths = |v: &Volume| (0..v.channels.len()).filter(|c| matches!(v.channels[*c], Channel::StarDepth(_))).collect::<Vec<_>>();
         let largest = |v: &Volume| depths(v).into_iter().map(|slot| v.largest(slot)).fold(0.0, f32::max);
-        let deepest = f64::from(self.volumes.iter().map(largest).fold(0.0, f32::max));
+        let deepest = f64::from(self.volumes.iter().map(|v| largest(v)).fold(0.0, f32::max));
         let Some(dust) =
             self.dust.clone().filter(|_| ratio.is_finite() && ratio > 0.0 && deepest * ratio.max(1.0) < 0.99 * star_depths::OPAQUE)
         else {
@@ -101,7 +101,7 @@ impl SpatialPlan {
             let Some(scaled) = many_lights.scaled(ratio, &dust) else { return false };
             self.many_lights = Some(Arc::new(scaled));
         }
-        for volume in &mut self.volumes {
+        for volume in self.volumes.iter_mut().map(Arc::make_mut) {
             depths(volume).into_iter().for_each(|slot| volume.scale(slot, ratio as f32));
             if let Some(slot) = volume.channels.iter().position(|c| *c == Channel::Dust) {
                 volume.fill(slot, &dust);
@@ -154,11 +154,11 @@ impl SpatialPlan {
         };
         let before = std::mem::replace(&mut self.stars[star], place);
         let mut volume = self.volumes.swap_remove(i);
-        let done = self.fill(&mut volume, slot, control);
+        let done = self.fill(Arc::make_mut(&mut volume), slot, control);
         if done.is_err() {
             // Somebody stopped it half way: the star goes back, without being asked again.
             self.stars[star] = before;
-            self.fill(&mut volume, slot, &Control::default())?;
+            self.fill(Arc::make_mut(&mut volume), slot, &Control::default())?;
         }
         self.volumes.push(volume);
         let last = self.volumes.len() - 1;
@@ -257,6 +257,26 @@ mod tests {
         let denser = Arc::new(new.clone()).updated(&halves, &settings(&halves), &control).unwrap().unwrap();
         let of_depths = |space: &SpatialPlan| space.volumes.iter().map(|v| v.largest(1)).collect::<Vec<_>>();
         assert!(of_depths(&denser).iter().zip(of_depths(&new)).all(|(more, less)| (more / less / 1.75 - 1.0).abs() < 1e-4));
+    }
+
+    /// A plan of another temperature shares the volumes of the plan before, which is still held.
+    #[test]
+    fn plans_of_other_spectra_share_volumes() {
+        // An array: functions are sampled anew, as finely as a picture needs.
+        let bounds = crate::geometry::Bounds { low: DVec3::splat(-1.0), high: DVec3::splat(1.0) };
+        let array: Arc<dyn Field> = Arc::new(crate::field::Grid::new([8; 3], bounds, vec![1.0; 512]).unwrap());
+        let mut first = pair(&array, BEFORE, 0.1);
+        first.method.accuracy = 0.05;
+        let (options, control) = (Options::default(), Control::default());
+        let before = Plan::new(&first, &options, &control).unwrap();
+        let mut colder = first.clone();
+        colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);
+        let after = Plan::updated(Some(&before), &colder, &options, &control).unwrap();
+        let shared = |(a, b): (&Arc<Volume>, &Arc<Volume>)| Arc::ptr_eq(a, b);
+        assert_eq!((before.space.star_factor, after.space.star_factor), (1, 1));
+        assert!(after.space.volumes.iter().zip(&before.space.volumes).all(shared));
+        let denser = Plan::updated(Some(&before), &pair(&array, BEFORE, 0.2), &options, &control).unwrap();
+        assert!(!denser.space.volumes.iter().zip(&before.space.volumes).any(shared));
     }
 
     /// A moved star has the depths of a plan that was made with it there, bit by bit; who holds the space of before

@@ -1,7 +1,7 @@
 //! Species of a gas: lines that its ions shine in, as passbands see them.
 
 use ionisation::atoms::{Atoms, EmissionLine, LineTable};
-use spectra::constants::SPHERE;
+use spectra::constants::{ATOMIC_MASS, BOLTZMANN, SPHERE};
 use spectra::passband::Passband;
 use spectra::spectrum::{Line, Spectrum};
 use spectra::units::Velocity;
@@ -16,10 +16,6 @@ const DENSITIES: [f64; 2] = [10.0, 1e4];
 const USUAL: (f64, f64) = (9000.0, 100.0);
 /// 1 erg s⁻¹ cm⁻³ = 0.1 W m⁻³, over the whole sphere.
 const W_PER_M3_SR: f64 = 0.1 / SPHERE;
-
-/// Boltzmann's constant [J K⁻¹] and the atomic mass unit \[kg\] (CODATA 2018).
-const BOLTZMANN: f64 = 1.380_649e-23;
-const ATOMIC_MASS: f64 = 1.660_539_066_60e-27;
 
 /// Lines of an ion that always shine together.
 pub struct Species {

@@ -8,6 +8,8 @@ use crate::formats::Request;
 
 /// More header blocks than any real file has, of all its HDUs.
 const MAX_HEADER_BLOCKS: usize = 16_384;
+/// The beginning of every HDU but the first.
+const EXTENSION: &[u8] = b"XTENSION";
 /// HDUs that are looked at.
 const MAX_HDUS: usize = 1000;
 
@@ -80,7 +82,13 @@ impl Header {
                     *blocks -= block + 1;
                     return Ok(Self { cards, broken: problems, data: from + BLOCK as u64 });
                 }
-                if text.chars().nth(8) == Some('=') {
+                if keyword == "CONTINUE" {
+                    // A long text goes on where its last character is "&" (FITS standard 4.0, §4.2.1.2).
+                    if let Some((_, value)) = cards.last_mut().filter(|(_, value): &&mut (String, String)| value.ends_with('&')) {
+                        value.pop();
+                        *value += &value_of(&text.chars().skip(8).collect::<String>());
+                    }
+                } else if text.chars().nth(8) == Some('=') {
                     let value = value_of(&text.chars().skip(10).collect::<String>());
                     if is_numeric(&keyword) && !value.is_empty() && parsed(&value).is_none() {
                         problems.push(format!("{keyword} = {value} is not a number"));
@@ -130,6 +138,12 @@ impl Header {
     /// Whether it is a table that holds an image in tiles.
     pub fn is_packed(&self) -> bool {
         self.text("XTENSION") == Some("BINTABLE") && self.text("ZIMAGE") == Some("T")
+    }
+
+    /// Whether the first row of its image is the highest: by ROWORDER, which cameras write. Without it, and where the rows
+    /// have places on the sky, the first row of FITS is the lowest.
+    pub fn is_top_down(&self) -> bool {
+        self.text("ROWORDER").is_some_and(|order| order.trim().eq_ignore_ascii_case("TOP-DOWN")) && self.text("CTYPE1").is_none()
     }
 
     /// Lengths of the axes of its image, the fastest first.
@@ -280,7 +294,9 @@ impl Header {
 fn value_of(field: &str) -> String {
     let field = field.trim();
     if let Some(quoted) = field.strip_prefix('\'') {
-        return quoted.split('\'').next().unwrap_or("").trim_end().to_owned();
+        // Two quotation marks in a text are one.
+        let marked = quoted.replace("''", "\u{0}");
+        return marked.split('\'').next().unwrap_or("").trim_end().replace('\u{0}', "'");
     }
     field.split('/').next().unwrap_or("").trim().to_owned()
 }
@@ -294,6 +310,10 @@ pub fn headers(request: &mut Request) -> Result<Vec<Header>> {
     let mut headers = Vec::new();
     let (mut start, mut blocks) = (0u64, MAX_HEADER_BLOCKS);
     while start.saturating_add(BLOCK as u64) <= request.length && headers.len() < MAX_HDUS {
+        // Records behind the last HDU are no part of it (FITS standard 4.0, §3.5).
+        if !headers.is_empty() && request.bytes(start, EXTENSION.len())?.is_none_or(|own| own != EXTENSION) {
+            break;
+        }
         let header = Header::read(request, start, &mut blocks)?;
         let next = header.data_bytes().and_then(|n| header.data.checked_add(n));
         let next = next.ok_or_else(|| Error::file(request.path, "BITPIX or NAXIS are missing or impossible"))?;

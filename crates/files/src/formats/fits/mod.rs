@@ -270,8 +270,8 @@ fn planes(
         }
         let whole = Layout { shape, frame: None }.whole();
         let values = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
-        // The first row of FITS is the lowest.
-        take((hdu, header), values.chunks(axes[0] as usize).rev().flatten().copied().collect());
+        let rows = values.chunks(axes[0] as usize);
+        take((hdu, header), if header.is_top_down() { values } else { rows.rev().flatten().copied().collect() });
     }
     let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
     Ok((width as usize, height as usize))

@@ -17,6 +17,18 @@ const UNITS: [&str; 2] = ["units", "unit"];
 const EDGES: [(&str, &str); 2] = [("left_edge", "right_edge"), ("domain_left_edge", "domain_right_edge")];
 /// The unit of lengths that yt takes from its files, and the attribute that says how long it is.
 const CODE_LENGTH: (&str, &str) = ("code_length", "length_unit");
+/// The attribute that MATLAB gives to every array of a file of version 7.3.
+const MATLAB: &str = "MATLAB_class";
+/// Labels of axes, steps and offset of a mesh. Source: openPMD standard 1.1.0, "Mesh Based Records".
+const MESH_LABELS: &str = "axisLabels";
+/// The attribute of the powers of length, mass, time, current, temperature, amount and luminous intensity in a unit, and
+/// units of densities by them.
+const UNIT_DIMENSION: &str = "unitDimension";
+const MESH_UNITS: [([f64; 7], &str); 3] = [
+    ([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], "m-3"),
+    ([-3.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0], "kg/m3"),
+    ([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], "/m"),
+];
 /// Longest axis whose coordinates are read, and most elements of an attribute that is.
 const LONGEST: usize = 1 << 20;
 const MOST: u64 = 64;
@@ -39,9 +51,20 @@ impl<'a> Place<'a> {
         Self { found, scales: scales(found) }
     }
 
-    /// The unit of its values, as it is written.
+    /// The unit of its values, as it is written, or that of a mesh of openPMD, whose values are in SI units once
+    /// multiplied by `unitSI`.
     pub fn unit(&self) -> Option<String> {
-        unit_of(&self.found.dataset)
+        unit_of(&self.found.dataset).or_else(|| {
+            let powers = self.numbers(UNIT_DIMENSION)?;
+            let known = MESH_UNITS.iter().find(|(own, _)| own[..] == powers[..]);
+            Some(known.map_or_else(|| format!("openPMD {UNIT_DIMENSION} {powers:?}"), |(_, name)| (*name).to_owned()))
+        })
+    }
+
+    /// The factor that turns the values of a mesh of openPMD into SI units.
+    fn mesh_factor(&self) -> Option<f64> {
+        self.numbers(UNIT_DIMENSION)?;
+        self.numbers("unitSI")?.first().copied()
     }
 
     /// How its numbers were packed. Sources: NetCDF Users Guide, appendix A (attribute conventions); CF 1.11, §2.5.1.
@@ -49,7 +72,10 @@ impl<'a> Place<'a> {
         let dataset = &self.found.dataset;
         let all = |name: &str| {
             let attribute = own(dataset, name)?;
-            stored(&attribute.datatype)?;
+            // Some programs write numbers as texts.
+            if stored(&attribute.datatype).is_none() {
+                return text(&attribute)?.parse().ok().map(|number| vec![number]);
+            }
             Some(attribute.read_1d::<Value<f64>>().ok()?.into_iter().map(|v| v.0).collect::<Vec<f64>>())
         };
         let number = |name: &str| all(name)?.first().copied();
@@ -62,7 +88,11 @@ impl<'a> Place<'a> {
         let lifted = |v: f64| if v < 0.0 { v + unsigned.unwrap_or(0.0) } else { v };
         let (scale, offset) = (number("scale_factor"), number("add_offset"));
         let scale = (scale.is_some() || offset.is_some()).then(|| (scale.unwrap_or(1.0), offset.unwrap_or(0.0)));
-        let mut blank: Vec<f64> = ["_FillValue", "missing_value"].into_iter().filter_map(all).flatten().map(lifted).collect();
+        let scale = scale.or(self.mesh_factor().filter(|factor| *factor != 1.0).map(|factor| (factor, 0.0)));
+        // A blank may be written in more digits than the values have.
+        let is_single = kind.is_some_and(|kind| kind.kind == Number::Float(4));
+        let rounded = |v: f64| if is_single { f64::from(v as f32) } else { v };
+        let mut blank: Vec<f64> = ["_FillValue", "missing_value"].into_iter().filter_map(all).flatten().map(lifted).map(rounded).collect();
         if own(dataset, "_FillValue").is_none() {
             blank.extend(kind.and_then(|kind| default_fill(kind.kind, self.is_netcdf())).map(lifted));
         }
@@ -83,7 +113,9 @@ impl<'a> Place<'a> {
         // Dimensions without names are called so by the netCDF library.
         let is_named = names.iter().all(|name| !name.is_empty() && !name.starts_with("phony_dim"));
         let known = order_of(&names);
-        let order = known.unwrap_or("xyz");
+        // MATLAB writes its arrays with their axes reversed.
+        let is_of_matlab = !is_named && own(&self.found.dataset, MATLAB).is_some();
+        let order = known.unwrap_or(if is_of_matlab { "zyx" } else { "xyz" });
         let mut frame = Frame { order, unit: self.unit(), ..Frame::default() };
         if is_named && known.is_none() {
             frame.unnamed = Some(names.join(", "));
@@ -93,7 +125,7 @@ impl<'a> Place<'a> {
             None
         });
         for (i, letter) in order.chars().enumerate() {
-            match self.coordinates(axes[i], shape[i]) {
+            match self.coordinates(axes[i], shape[i]).or_else(|| Some(Ok(self.mesh_axis(axes[i])?))) {
                 Some(Ok(axis)) => frame.axes[i] = Some(axis),
                 Some(Err(other)) => frame.others[i] = Some(other),
                 None => {
@@ -110,10 +142,33 @@ impl<'a> Place<'a> {
         frame
     }
 
+    /// The axis of a mesh of openPMD \[m\]: cells begin at the offset, values stand at `position` within them.
+    fn mesh_axis(&self, axis: usize) -> Option<Axis> {
+        let numbers = |name: &str| self.numbers(name).filter(|all| all.len() == self.found.dataset.ndim());
+        let slot = if self.is_fortran_mesh() { self.found.dataset.ndim() - 1 - axis } else { axis };
+        let (spacing, offset) = (numbers("gridSpacing")?[slot], numbers("gridGlobalOffset")?[slot]);
+        let metres = self.numbers("gridUnitSI")?.first().copied()?;
+        let within = numbers("position").map_or(0.0, |position| position[slot]);
+        let step = spacing * metres;
+        let first = (offset + within * spacing) * metres;
+        (step.is_finite() && step != 0.0 && first.is_finite()).then(|| Axis { unit: "m".into(), step, first })
+    }
+
+    /// Whether the labels of a mesh of openPMD are in the order of a Fortran array, the fastest first.
+    fn is_fortran_mesh(&self) -> bool {
+        self.text("dataOrder").is_some_and(|order| order.eq_ignore_ascii_case("F"))
+    }
+
     /// The names of some axes in lower case, their labels or those of their scales; empty where they have none.
     fn names(&self, axes: [usize; 3]) -> [String; 3] {
         let labels = own(&self.found.dataset, "DIMENSION_LABELS").and_then(|labels| labels.read_strings().ok()).unwrap_or_default();
+        // Labels of openPMD are those of the mesh, in the order of its array, or reversed where that is Fortran's.
+        let mesh = self.attribute(MESH_LABELS).and_then(|labels| labels.read_strings().ok()).unwrap_or_default();
+        let is_fortran = self.is_fortran_mesh();
         axes.map(|axis| {
+            if let Some(label) = mesh.get(if is_fortran { mesh.len().wrapping_sub(axis + 1) } else { axis }) {
+                return label.trim_matches([' ', '\0']).to_lowercase();
+            }
             let label = labels.get(axis).map(String::as_str).filter(|label| !label.is_empty());
             label.or_else(|| Some(self.scales.get(axis)?.as_ref()?.name())).unwrap_or_default().to_lowercase()
         })

@@ -29,8 +29,8 @@ pub(super) const GRID_WRITER: GridWriter =
     GridWriter { extension: "h5", summary: "HDF5 dataset of singles by x, y and z, with units and edges in pc", write: write::write };
 
 pub(super) const READER: Reader = Reader {
-    extensions: &["h5", "hdf5", "hdf", "he5", "nc", "nc4"],
-    summary: "HDF5 dataset of three axes, also of netCDF 4",
+    extensions: &["h5", "hdf5", "hdf", "he5", "nc", "nc4", "mat"],
+    summary: "HDF5 dataset of three axes, also of netCDF 4 and MATLAB 7.3",
     array: Some(array),
     members: Some(members),
     image: None,
@@ -117,8 +117,14 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
 /// Versions of classic netCDF: the byte behind "CDF".
 const CLASSIC_NETCDF: [(u8, &str); 3] = [(1, "classic"), (2, "64-bit offset"), (5, "64-bit data")];
 
-/// Refuses netCDF files that are not HDF5.
+/// The beginning of MAT-files that are not HDF5.
+const OLD_MATLAB: &[u8] = b"MATLAB 5.0 MAT-file";
+
+/// Refuses netCDF files and MAT-files that are not HDF5.
 fn refuse_classic(request: &mut Request) -> Result<()> {
+    if request.bytes(0, OLD_MATLAB.len())?.is_some_and(|bytes| bytes == OLD_MATLAB) {
+        return Err(Error::file(request.path, "is a MAT-file of MATLAB 5, which is not read; save it with \"-v7.3\""));
+    }
     let Some(magic) = request.bytes(0, 4)?.filter(|bytes| bytes.starts_with(b"CDF")) else { return Ok(()) };
     let variant = CLASSIC_NETCDF.iter().find(|(version, _)| *version == magic[3]).map_or("unknown variant", |(_, name)| name);
     let reason = format!(
@@ -167,11 +173,19 @@ struct Listing {
 
 /// The reason why a dataset cannot be opened, in the words of the HDF5 manual.
 fn unreadable(error: &hdf5_reader::error::Error) -> String {
-    match error {
+    match cause(error) {
         hdf5_reader::error::Error::UnsupportedLayoutClass(3) => {
             "is a virtual dataset, which is not read; read the files that it is made of, or copy it with \"h5repack -l CONTI\"".into()
         }
         other => other.to_string(),
+    }
+}
+
+/// An error without the paths around it.
+fn cause(error: &hdf5_reader::error::Error) -> &hdf5_reader::error::Error {
+    match error {
+        hdf5_reader::error::Error::Context { source, .. } => cause(source),
+        own => own,
     }
 }
 
@@ -227,7 +241,7 @@ fn named(file: &Hdf5File, name: &str) -> std::result::Result<Found, String> {
         let next = groups[groups.len() - 1].group(part).map_err(|e| missing(e.to_string()))?;
         groups.push(next);
     }
-    let dataset = groups[groups.len() - 1].dataset(last).map_err(|e| match &e {
+    let dataset = groups[groups.len() - 1].dataset(last).map_err(|e| match cause(&e) {
         hdf5_reader::error::Error::UnsupportedLayoutClass(_) => format!("dataset \"{name}\" {}", unreadable(&e)),
         _ => missing(e.to_string()),
     })?;
