@@ -13,11 +13,13 @@
 //!
 //! K fades from a quarter of the longer edge to half of it, where it ends, and keeps all light, but for what leaves the picture. What
 //! would come in from beyond the edge is taken to be like what is within: the convolution is divided by that of an even picture.
+//! In pictures of all around, bright points are spread on the sphere (`convolution::sphere`): their spikes and halos cross the seam,
+//! the poles and the edges of a cube.
 
 use std::cell::OnceCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::convolution::{Kernel, Spread, reach};
+use super::convolution::{Kernel, Sphere, Spread, reach};
 use super::optics::{OPTICS, OpticsRow};
 use super::{Band, Image, PixelScale, Samples};
 use crate::error::{Error, Result};
@@ -80,7 +82,11 @@ impl Glare {
         let transforms = values.saturating_mul(3).saturating_add(air).saturating_mul(size_of::<Complex<f64>>() as u64);
         let kernel = (2 * reach + 1).pow(2) * size_of::<f64>() as u64;
         let kernels = kernel.saturating_mul(bands as u64).min(KEPT_BYTES) + 2 * kernel;
-        transforms.saturating_add(kernels).saturating_add(width.saturating_mul(height).saturating_mul(8 * bands as u64))
+        let points = Sphere::bytes(width as usize, height as usize, 2 * bands);
+        transforms
+            .saturating_add(kernels)
+            .saturating_add(points)
+            .saturating_add(width.saturating_mul(height).saturating_mul(8 * bands as u64))
     }
 
     /// The image as these optics show it; its standard errors stay what they are.
@@ -90,9 +96,24 @@ impl Glare {
         let mut samples: Vec<f64> = (0..image.samples.len()).map(|i| image.samples.at(i)).collect();
         if width > 0 && height > 0 {
             let haze = OnceCell::new();
+            let kernels: Vec<Arc<Kernel>> =
+                image.radiances().map(|band| self.kept(&image.bands[band], width.max(height), &haze, &LAST)).collect();
+            let sphere = Sphere::of(image);
+            // Bright points are spread on the sphere, what is left of the picture flat.
+            let points: Vec<_> = sphere.iter().flat_map(|sphere| (0..columns).map(move |column| (sphere, column))).collect();
+            let white = if sphere.is_some() { image.display.tone(image).white } else { 0.0 };
+            let points: Vec<_> = points
+                .into_iter()
+                .map(|(sphere, column)| {
+                    let mut planes = planes(&samples, image, column);
+                    let points = sphere.take(&mut planes, &kernels, white);
+                    put_planes(&mut samples, image, column, &planes);
+                    points
+                })
+                .collect();
             let margin = if closes(image, width) { reach(width.max(height)).min(width) } else { 0 };
-            for band in image.radiances() {
-                let spread = Spread::new(&self.kept(&image.bands[band], width.max(height), &haze, &LAST), width + 2 * margin, height);
+            for (band, kernel) in image.radiances().zip(&kernels) {
+                let spread = Spread::new(kernel, width + 2 * margin, height);
                 for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
                     let first = (band * image.height + row * height) * image.width + column * width;
                     let view = &mut samples[first..];
@@ -105,9 +126,18 @@ impl Glare {
                             own[..width].copy_from_slice(&wide[margin..margin + width]);
                         }
                     }
-                    if let Some(circle) = image.circle {
-                        cut(view, image.width, (width, height), (image.axis, circle));
-                    }
+                }
+            }
+            for (column, points) in points.iter().enumerate() {
+                let Some(sphere) = &sphere else { break };
+                let mut planes = planes(&samples, image, column);
+                sphere.put(points, &mut planes, &kernels);
+                put_planes(&mut samples, image, column, &planes);
+            }
+            if let Some(circle) = image.circle {
+                for (band, column) in image.radiances().flat_map(|band| (0..columns).map(move |column| (band, column))) {
+                    let view = &mut samples[band * image.height * image.width + column * width..];
+                    cut(view, image.width, (width, height), (image.axis, circle));
                 }
             }
         }
@@ -161,6 +191,22 @@ impl Glare {
         }
         kernel.fade();
         kernel
+    }
+}
+
+/// The radiances of one of the eyes of a picture, band by band.
+fn planes(samples: &[f64], image: &Image, eye: usize) -> Vec<Vec<f64>> {
+    let width = image.width / image.views.0.max(1);
+    let rows = |band: usize| samples[band * image.height * image.width..].chunks(image.width).take(image.height);
+    image.radiances().map(|band| rows(band).flat_map(|row| row[eye * width..][..width].iter().copied()).collect()).collect()
+}
+
+/// Puts such planes back.
+fn put_planes(samples: &mut [f64], image: &Image, eye: usize, planes: &[Vec<f64>]) {
+    let width = image.width / image.views.0.max(1);
+    for (band, plane) in image.radiances().zip(planes) {
+        let rows = samples[band * image.height * image.width..].chunks_mut(image.width);
+        rows.zip(plane.chunks(width)).for_each(|(row, own)| row[eye * width..][..width].copy_from_slice(own));
     }
 }
 
@@ -249,6 +295,71 @@ mod tests {
         let seen: Vec<f64> = glare.seen(&dome).band(0).collect();
         let outside = |i: usize| ((i % 32) as f64 - 15.5).hypot((i / 32) as f64 - 15.5) > 16.0;
         assert!((0..seen.len()).all(|i| !outside(i) || seen[i] == 0.0) && seen.iter().sum::<f64>() > 0.1);
+    }
+
+    /// The light of a round glare depends on the angle from its star alone, across the seam, a pole and the edges of a cube; flat
+    /// pictures of the same pixels have another. The angles are those of directions, and the light is that of the kernel.
+    #[test]
+    fn glares_are_round_on_the_sphere() {
+        use crate::camera::panorama::Layout;
+        use std::f64::consts::{FRAC_PI_2, PI};
+        const LIGHT: f64 = 1e6;
+        let glare = Glare { size: 3.0, halo: 1.0, ..of("refractor") };
+        let dome = Layout::Dome { half_aperture: FRAC_PI_2, tilt: FRAC_PI_2 };
+        let cases = [
+            (Layout::Sphere, (128, 64), PixelScale::PlateCarree as fn(f64) -> PixelScale, vec![(64, 32), (1, 20), (90, 3)]),
+            (dome, (96, 96), PixelScale::Equidistant, vec![(48, 48), (47, 10)]),
+            (Layout::Cube, (48, 288), PixelScale::OnCube, vec![(24, 216), (46, 216), (24, 194), (46, 194)]),
+        ];
+        for (layout, (width, height), scale, stars) in cases {
+            let unit = match layout {
+                Layout::Dome { .. } => PI / width as f64,
+                Layout::Sphere => 2.0 * PI / width as f64,
+                Layout::Cube => 2.0 / width as f64,
+            };
+            let axes = [glam::DVec3::NEG_Z, glam::DVec3::X, glam::DVec3::Y];
+            let place = |x: usize, y: usize| ((x as f64 + 0.5 - 0.5 * width as f64) * unit, (0.5 * height as f64 - y as f64 - 0.5) * unit);
+            for star in stars {
+                let picture = |pixel: Option<PixelScale>| {
+                    let is_dome = matches!(layout, Layout::Dome { .. });
+                    let views = (1, if layout == Layout::Cube { 6 } else { 1 });
+                    let circle = (pixel.is_some() && is_dome).then_some(0.5 * width as f64);
+                    let mut image = Image { pixel, views, circle, ..points(width, height, &[(star.0, star.1, LIGHT)]) };
+                    // So bright that all of its light is seen.
+                    image.display.white = crate::image::Level::Radiance(1.0);
+                    glare.seen(&image)
+                };
+                let here = place(star.0, star.1);
+                let direction = layout.direction(here, &axes);
+                let longer = if layout == Layout::Cube { width } else { width.max(height) };
+                let band = &points(1, 1, &[]).bands[0];
+                let kernel = glare.kernel(band, longer, &glare.haze(longer));
+                let wrong = |image: &Image| {
+                    // Light that ends at the antipode is made up for everywhere.
+                    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+                    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).filter(|(x, y)| layout.sees(place(*x, *y))) {
+                        let apart = layout.direction(place(x, y), &axes).angle_between(direction) / unit;
+                        if (4.0..0.7 * kernel.reach as f64).contains(&apart) {
+                            let wanted = LIGHT * layout.measure(here) * kernel.between(apart, 0.0);
+                            let ratio = image.at(0, y, x) / wanted;
+                            (least, most) = (least.min(ratio), most.max(ratio));
+                        }
+                    }
+                    if least > 0.0 { most / least - 1.0 } else { f64::INFINITY }
+                };
+                let round = picture(Some(scale(unit.to_degrees())));
+                assert!(wrong(&round) < 0.1, "{layout:?} {star:?}: {}", wrong(&round));
+                let light: f64 = (0..height)
+                    .flat_map(|y| (0..width).map(move |x| (x, y)))
+                    .filter(|(x, y)| layout.sees(place(*x, *y)))
+                    .map(|(x, y)| round.at(0, y, x) * layout.measure(place(x, y)))
+                    .sum();
+                let is_whole = !matches!(layout, Layout::Dome { .. }) || star == (48, 48);
+                assert!(!is_whole || (light / LIGHT / layout.measure(here) - 1.0).abs() < 0.03, "{layout:?} {star:?}: {light}");
+                let is_flat = layout == Layout::Sphere && star == (64, 32) || star == (48, 48) || star == (24, 216);
+                assert!(is_flat || wrong(&picture(None)) > 0.5, "{layout:?} {star:?}: {}", wrong(&picture(None)));
+            }
+        }
     }
 
     /// A picture with points, given by column, row and light.

@@ -48,6 +48,20 @@ impl Kernel {
         size_of_val(&self.values[..]) as u64
     }
 
+    /// The value so many pixels to the right of its middle and above it, bilinear; nothing beyond its reach.
+    pub fn between(&self, right: f64, up: f64) -> f64 {
+        let (reach, edge) = (self.reach as f64, 2 * self.reach + 1);
+        let (x, y) = (reach + right, reach - up);
+        if !(0.0..2.0 * reach).contains(&x) || !(0.0..2.0 * reach).contains(&y) {
+            return 0.0;
+        }
+        let (column, row) = (x as usize, y as usize);
+        let (u, v) = (x - column as f64, y - row as f64);
+        let at = row * edge + column;
+        let [a, b, c, d] = [at, at + 1, at + edge, at + edge + 1].map(|at| self.values[at]);
+        (1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * c + u * d)
+    }
+
     /// Takes the light away that would end with an edge: all beyond the reach in any direction, none within half of it.
     pub fn fade(&mut self) {
         let (reach, edge) = (self.reach as f64, 2 * self.reach + 1);

@@ -1,9 +1,11 @@
 //! Convolutions of pictures with the light of a point.
 
 mod kernel;
+mod sphere;
 mod spread;
 
 pub use kernel::Kernel;
+pub(crate) use sphere::Sphere;
 pub(crate) use spread::Spread;
 
 /// The farthest that light is spread \[pixels\].
