@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 
-#: From where on chi2 of a degree of freedom is far from one.
-FAR = 3.0
-
-
 class Fit:
     """What a fit found; `FitModel.fit` and `Scene.fit` make it.
 
@@ -47,17 +43,8 @@ class Fit:
         self.bounded: list[str] = [keys[i] for i in found["bounded"]]
         #: Data less model of each image, with standard errors; NaN where pixels do not count.
         self.residuals: list[Image] = [Image(own) for own in found["residuals"]]
-        reduced = self.chi2 / max(self.freedom, 1)
-        if self.freedom > 0 and not 1 / FAR <= reduced <= FAR:
-            warnings.warn(
-                f"chi2 is {reduced:.3g} for each degree of freedom: "
-                + (
-                    "the model does not describe the data (place, scale, missing light), or their errors are too small"
-                    if reduced > FAR
-                    else "errors of the data are too large, or neighbouring pixels are not independent"
-                ),
-                stacklevel=4,
-            )
+        if found["chi2_warning"]:
+            warnings.warn(found["chi2_warning"], stacklevel=4)
 
     @property
     def freedom(self) -> int:

@@ -170,6 +170,21 @@ fn models_may_end() {
     assert!(found.values[1] <= 2.0 && found.values[1] > 1.9, "{:?}", found.values);
 }
 
+/// Errors that are said a tenth of what they are, or ten times that, are seen in χ².
+#[test]
+fn wrong_errors_are_warned_of() {
+    for (said, words) in [(1.0, None), (0.1, Some("far above 1")), (10.0, Some("far below 1"))] {
+        let mut data = drawn(5, |_| 1.0);
+        data.sigma.iter_mut().for_each(|sigma| *sigma *= said);
+        let warning = fitted(&data, &free("a, t, b"), &[50.0, 1.0, 0.0], None).unwrap().chi2_warning();
+        match (&warning, words) {
+            (None, None) => {}
+            (Some(warning), Some(words)) => assert!(warning.contains(words), "{warning}"),
+            _ => panic!("{said}: {warning:?}"),
+        }
+    }
+}
+
 /// What data cannot tell is said: parameters that do the same, those that do nothing, and values that are none.
 #[test]
 fn what_cannot_be_told_is_said() {

@@ -168,6 +168,7 @@ impl FitModel {
         let told = PyDict::new(py);
         let covariance: Vec<f64> = (0..count * count).map(|i| found.covariance[(i / count, i % count)]).collect();
         told.set_item("covariance", PyArray1::from_vec(py, covariance).reshape([count, count])?)?;
+        told.set_item("chi2_warning", found.chi2_warning())?;
         told.set_item("values", found.values)?;
         told.set_item("floor", found.floor)?;
         told.set_item("linear", found.linear)?;

@@ -66,9 +66,6 @@ enum Unsaid {
     Place,
 }
 
-/// From where on χ² of a degree of freedom is far from one: beyond it in either direction the model or the errors are wrong.
-const FAR: f64 = 3.0;
-
 impl Fit {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         if !self.with.is_empty() && self.with.len() != self.to.len() {
@@ -142,16 +139,8 @@ impl Fit {
         for i in &fitted.bounded {
             complain!("warning: {} is at its bound; its standard error says little", free[*i].key);
         }
-        let freedom = fitted.chi2.1.saturating_sub(free.len());
-        let reduced = fitted.chi2.0 / freedom.max(1) as f64;
-        if freedom > 0 && reduced > FAR {
-            complain!(
-                "warning: chi2 is {reduced:.3} for each degree of freedom, far above 1: the model does not describe the data (place, scale, missing light), or their errors are too small; standard errors of the values hold for neither"
-            );
-        } else if freedom > 0 && reduced < 1.0 / FAR {
-            complain!(
-                "warning: chi2 is {reduced:.3} for each degree of freedom, far below 1: errors of the data are too large, or neighbouring pixels are not independent"
-            );
+        if let Some(warning) = fitted.chi2_warning() {
+            complain!("warning: {warning}");
         }
         if !fitted.converged {
             complain!("warning: steps did not become small; begin nearer, or give bounds");

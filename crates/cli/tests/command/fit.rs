@@ -25,6 +25,10 @@ fn scenes_are_fitted() {
     {
         assert!(words.contains(part), "{part}: {words}");
     }
+    assert!(!words.contains("chi2 is"), "{words}");
+    // Other dust is another picture, whatever the star.
+    let other = run(&["fit", "scene.toml", "--to", "master.fits", "--free", "star.0.luminosity", "--set", "dust.scale=8 mag/pc"]);
+    assert!(other.contains("warning: chi2 is") && other.contains("far above 1"), "{other}");
     let found: serde_json::Value = serde_json::from_slice(&std::fs::read(desk.path("fit.json")).unwrap()).unwrap();
     let parameter = &found["parameters"][0];
     let number = |key: &str| parameter[key].as_f64().unwrap();

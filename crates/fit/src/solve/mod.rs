@@ -95,12 +95,35 @@ impl Fitted {
         self.covariance[(parameter, parameter)].max(0.0).sqrt()
     }
 
+    /// χ² for each degree of freedom; one where there are none.
+    pub fn reduced_chi2(&self) -> f64 {
+        match self.chi2.1.saturating_sub(self.values.len()) {
+            0 => 1.0,
+            freedom => self.chi2.0 / freedom as f64,
+        }
+    }
+
+    /// A warning where χ² is far from the number of degrees of freedom: the model or the errors are wrong.
+    pub fn chi2_warning(&self) -> Option<String> {
+        let reduced = self.reduced_chi2();
+        let why = if reduced > FAR {
+            "far above 1: the model does not describe the data (place, scale, missing light), or their errors are too small; the standard errors do not hold"
+        } else if reduced < 1.0 / FAR {
+            "far below 1: errors of the data are too large, or neighbouring pixels are not independent"
+        } else {
+            return None;
+        };
+        Some(format!("chi2 is {reduced:.3} for each degree of freedom, {why}"))
+    }
+
     /// How two parameters go together, from −1 to 1.
     pub fn correlation(&self, a: usize, b: usize) -> f64 {
         self.covariance[(a, b)] / (self.sigma_of(a) * self.sigma_of(b))
     }
 }
 
+/// From where on χ² of a degree of freedom is far from one, in either direction.
+const FAR: f64 = 3.0;
 /// The step by which linearity is tried, and the change of a change that is none.
 const TRIED: f64 = 0.05;
 const LINEAR: f64 = 2e-3;
