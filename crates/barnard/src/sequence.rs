@@ -188,7 +188,7 @@ impl Held {
             let plan = Plan::updated(before.as_ref(), scene, options, &control)?;
             display.get_or_insert_with(|| scene.display.clone());
             let own = Choices::of(&plan);
-            choices = Some(choices.map_or(own, |all| all.and(own)));
+            choices = Some(choices.map_or_else(|| own.clone(), |all| all.and(&own)));
             if is_open(&scene.display) {
                 let (width, height) = (scene.camera.width, scene.camera.height);
                 let scale = PILOT_EDGE as f64 / width.max(height).max(PILOT_EDGE) as f64;

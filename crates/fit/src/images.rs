@@ -204,11 +204,11 @@ impl Images {
 
     /// The choices that the picture of a scene holds to, which has some amount of dust.
     fn choices_for(&mut self, number: usize, amount: f64, control: &Control) -> Result<Choices> {
-        let (choices, base) = match self.sets[number].choices {
+        let (choices, base) = match self.sets[number].choices.clone() {
             Some(known) => known,
             None => {
                 let chosen = self.chosen(number, &self.start.clone(), control)?;
-                *self.sets[number].choices.insert(chosen)
+                self.sets[number].choices.insert(chosen).clone()
             }
         };
         // More dust is deeper.
@@ -348,9 +348,9 @@ impl Model for Images {
     fn renew(&mut self, values: &[f64], control: &Control) -> Result<bool> {
         let mut is_other = false;
         for number in 0..self.sets.len() {
-            let Some((before, base)) = self.sets[number].choices else { continue };
+            let Some((before, base)) = self.sets[number].choices.clone() else { continue };
             let (now, amount) = self.chosen(number, values, control)?;
-            let both = before.and(now);
+            let both = before.and(&now);
             let is_finer =
                 (both.stepping, both.star_factor, both.sampled_edge) != (before.stepping, before.star_factor, before.sampled_edge);
             self.sets[number].choices = Some(match is_finer {

@@ -135,9 +135,17 @@ pub struct FineDetail {
 }
 
 impl FineDetail {
-    /// What continues some grids, the densities of a scene in their order.
+    /// The noise that continues some grids, the densities of a scene in their order.
     pub fn new<'a>(detail: &Detail, grids: impl Iterator<Item = &'a Grid>) -> Self {
-        let (roughness, reaches): (Vec<Roughness>, Vec<f64>) = grids.map(|grid| (detail.roughness(grid), reach(grid))).unzip();
+        Self::by(detail, grids, &[])
+    }
+
+    /// The noise that continues some grids by roughness that is known of as many; where a grid has other voxels it is measured.
+    pub fn by<'a>(detail: &Detail, grids: impl Iterator<Item = &'a Grid>, known: &[Roughness]) -> Self {
+        let grids: Vec<&Grid> = grids.collect();
+        let known = |i: usize| known.get(i).filter(|own| known.len() == grids.len() && own.is_of(grids[i])).copied();
+        let roughness: Vec<Roughness> = (0..grids.len()).map(|i| known(i).unwrap_or_else(|| detail.roughness(grids[i]))).collect();
+        let reaches: Vec<f64> = grids.iter().map(|grid| reach(grid)).collect();
         // The octave that two voxels lie in is the first of a grid.
         let first = |of: &Roughness| of.wavelength_pc.log2().round() as i32;
         let (highest, lowest) = roughness.iter().map(first).fold((i32::MIN, i32::MAX), |(high, low), k| (high.max(k), low.min(k)));

@@ -41,6 +41,11 @@ impl Roughness {
         Self { wavelength_pc: two_voxels(grid), deviation, slope }
     }
 
+    /// Whether the voxels of a grid are as large as those that it was measured on.
+    pub fn is_of(&self, grid: &Grid) -> bool {
+        (two_voxels(grid) / self.wavelength_pc - 1.0).abs() < 1e-9
+    }
+
     /// What a grid's own voxels say; a deviation of zero where it is empty or has few of them.
     pub fn of(grid: &Grid) -> Self {
         let wavelength_pc = two_voxels(grid);

@@ -50,7 +50,7 @@ impl Plan {
         space.check_stars(scene)?;
         let spectral = pilots::spectral(scene, &lights, &space, settings, control)?;
         spectral.check_strength(&lights)?;
-        let detail = detail(scene, &space);
+        let detail = detail(scene, &space, &[]);
         let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
         let mut draft = Draft { scene, settings, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;
@@ -92,7 +92,7 @@ impl Plan {
         };
         let lights = crate::light::lights(scene)?;
         let spectral = SpectralPlan::new(scene, &lights, &space, settings, control)?;
-        let detail = detail(scene, &space);
+        let detail = detail(scene, &space, &[]);
         let draft = Draft { scene, settings, lights: Arc::new(lights), space, spectral: Arc::new(spectral), detail };
         let known = before.and_then(|plan| plan.scattered_field.as_deref());
         let scattered_field = MultipleScattering::new(&draft, Fineness::PREVIEW, known, control)?;
@@ -112,7 +112,7 @@ impl Plan {
         let space = SpatialPlan::new(scene, settings, control)?;
         space.check_stars(scene)?;
         let spectral = SpectralPlan::new(scene, &lights, &space, settings, control)?;
-        let detail = detail(scene, &space);
+        let detail = detail(scene, &space, &[]);
         let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
         let draft = Draft { scene, settings, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::detail::FineDetail;
+use crate::detail::{FineDetail, Roughness};
 use crate::light::Light;
 use crate::plan::{Settings, SpatialPlan, SpectralPlan};
 use crate::scene::Scene;
@@ -23,7 +23,7 @@ pub(crate) struct Draft<'a> {
 }
 
 /// What the densities of a scene have below the voxels of a space that is sampled at their own resolution.
-pub(crate) fn detail(scene: &Scene, space: &SpatialPlan) -> Option<Arc<FineDetail>> {
+pub(crate) fn detail(scene: &Scene, space: &SpatialPlan, known: &[Roughness]) -> Option<Arc<FineDetail>> {
     let grids = space.dust.iter().map(|dust| &**dust).chain(space.gas());
-    scene.detail.as_ref().map(|detail| Arc::new(FineDetail::new(detail, grids)))
+    scene.detail.as_ref().map(|detail| Arc::new(FineDetail::by(detail, grids, known)))
 }

@@ -10,11 +10,12 @@ use super::draft::{Draft, detail};
 use super::spectral::RuleTarget;
 use super::{ErrorEstimate, Options, Plan, Settings, Spatial, SpatialPlan, SpectralPlan, Stepping};
 use crate::control::Control;
+use crate::detail::Roughness;
 use crate::error::Result;
 use crate::scene::Scene;
 
 /// What pilot rays chose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Choices {
     /// The steps along a ray.
     pub stepping: Stepping,
@@ -28,6 +29,9 @@ pub struct Choices {
     pub spatial: Option<Spatial>,
     /// The errors of light that was scattered before, and of that of the gathered stars, where they were measured: the worst.
     pub scattered: (Option<ErrorEstimate>, Option<f64>),
+    /// What each density is continued by below its voxels, where the scene asks for that: the roughest. Measured anew for each
+    /// frame of moving gas, it would make the noise flicker.
+    pub roughness: Vec<Roughness>,
 }
 
 /// The larger of two numbers, where there are any.
@@ -52,12 +56,13 @@ impl Choices {
                 .scattered_field
                 .as_ref()
                 .map_or((None, None), |field| (field.report.error_estimate, field.report.far_field.and_then(|far| far.error))),
+            roughness: plan.detail.as_ref().map_or_else(Vec::new, |detail| detail.roughness.clone()),
         }
     }
 
     /// The finer ones of two, with the larger error.
     #[must_use]
-    pub fn and(self, other: Self) -> Self {
+    pub fn and(&self, other: &Self) -> Self {
         let stepping = if other.stepping.density() > self.stepping.density() { other.stepping } else { self.stepping };
         let spatial = match (self.spatial, other.spatial) {
             (Some(a), Some(b)) => Some(Spatial { stepping, rays: a.rays + b.rays, ..if b.error > a.error { b } else { a } }),
@@ -74,6 +79,11 @@ impl Choices {
                 let both = part(|e| e.spatial).zip(part(|e| e.angular));
                 let estimate = both.map(|(spatial, angular)| ErrorEstimate { spatial, angular });
                 (estimate, larger(self.scattered.1, other.scattered.1))
+            },
+            roughness: {
+                let rougher = |(a, b): (&Roughness, &Roughness)| if b.deviation > a.deviation { *b } else { *a };
+                let is_same = self.roughness.len() == other.roughness.len();
+                if is_same { self.roughness.iter().zip(&other.roughness).map(rougher).collect() } else { self.roughness.clone() }
             },
         }
     }
@@ -95,7 +105,8 @@ impl Plan {
         let kept = known.map(|plan| plan.space.updated(scene, settings, control)).transpose()?.flatten();
         let kept_detail = before.filter(|_| kept.is_some()).and_then(|plan| plan.detail.clone());
         let mut space = kept.map_or_else(|| SpatialPlan::new(scene, settings, control).map(Arc::new), Ok)?;
-        let detail = kept_detail.filter(|kept| Some(&kept.said) == scene.detail.as_ref()).or_else(|| detail(scene, &space));
+        let detail =
+            kept_detail.filter(|kept| Some(&kept.said) == scene.detail.as_ref()).or_else(|| detail(scene, &space, &choices.roughness));
         if let Some(edge) = choices.sampled_edge.filter(|edge| space.sampled_edge().is_some_and(|own| own < *edge))
             && let Some(finer) = space.resampled(scene, edge, settings, control)?
         {
@@ -122,5 +133,39 @@ impl Plan {
             }
         }
         Ok(plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::detail::Detail;
+    use crate::field::{Field, Grid};
+    use crate::geometry::Bounds;
+    use crate::random::Counter;
+    use crate::test_scenes::{dust, on_axis, scene, star};
+
+    /// Frames of a film whose density changes are continued below their voxels by one roughness; planned one by one each has its own.
+    #[test]
+    fn noise_of_films_is_held() {
+        let frame = |power: f64| {
+            let mut random = Counter::nested(1, 2, 3);
+            let bounds = Bounds { low: DVec3::splat(-1.0), high: DVec3::splat(1.0) };
+            let values: Vec<f32> = (0..4096).map(|_| random.uniform().powf(power) as f32 + 0.1).collect();
+            let grid: Arc<dyn Field> = Arc::new(Grid::new([16; 3], bounds, values).unwrap());
+            let mut scene = scene(on_axis(4.0, 30.0, (4, 4)), 20).dust(dust(grid, "ccm89", 0.5)).star(star(9000.0, 1.0, DVec3::ZERO));
+            (scene.detail, scene.method.accuracy) = (Some(Detail::default()), 0.1);
+            scene
+        };
+        let (options, control) = (Options::default(), Control::default());
+        let choices = Choices::of(&Plan::new(&frame(1.0), &options, &control).unwrap());
+        let roughness = |plan: Plan| plan.detail.unwrap().roughness.clone();
+        let own = roughness(Plan::new(&frame(2.0), &options, &control).unwrap());
+        let held = roughness(Plan::holding(None, &frame(2.0), &options, &choices, &control).unwrap());
+        assert!(held == choices.roughness && own != held && own.len() == 1, "{own:?} {held:?}");
+        let rougher = choices.and(&Choices { roughness: own.clone(), ..choices.clone() });
+        assert_eq!(rougher.roughness[0].deviation, own[0].deviation.max(held[0].deviation));
     }
 }
