@@ -85,7 +85,7 @@ fn mistakes_are_named() {
         (&format!("{head}0,0,0,-5000,1\n"), "", &["not above zero", "cluster.csv:2"]),
         (&format!("{head}0,0,0,5000\n"), "", &["has 4 cells", "cluster.csv:2"]),
         (&format!("{head}0,,0,5000,1\n"), "", &["y = \"\" is not a number", "cluster.csv:2"]),
-        (&format!("name,{head}\"a\nb\",0,0,0,5000,1\nc,0,0,0,-1,1\n"), "", &["not above zero", "cluster.csv:4"]),
+        (&format!("name,{head}\"a\nb\",0,0,0,5000,1\nc,0,0,0,-1,1\n"), "", &["quotation mark", "cluster.csv:2"]),
         (&format!("{head}0,0,0,5000,1\n"), "kind = \"file\"\n", &["no spectra of files", "test.toml"]),
         (&format!("{head}0,0,0,5000,1\n"), "columns = [\"radius\"]\n", &["no column \"radius\""]),
         (&format!("{head}0,0,0,\"50\" }}\",1\n"), "", &["cluster.csv:2"]),

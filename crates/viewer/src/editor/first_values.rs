@@ -45,7 +45,7 @@ pub fn quantity(key: &Key) -> Option<&'static QuantityRow> {
 
 /// First values of keys that an example of their unit would not fit: key, what it is, value. Ends of a range are not
 /// equal, widths are narrow.
-const FIRST: [(&str, &str, &str); 12] = [
+const FIRST: [(&str, &str, &str); 15] = [
     ("low", "position", "-1 -1 -1 pc"),
     ("high", "position", "1 1 1 pc"),
     ("low", "wavelength", "400 nm"),
@@ -55,6 +55,9 @@ const FIRST: [(&str, &str, &str); 12] = [
     ("half_width", "wavelength", "50 nm"),
     ("slope", "number", "3.667"),
     ("resolving_power", "number", "3000"),
+    ("mass_per_h", "number", "1.4"),
+    ("epoch", "number", "2026.5"),
+    ("catalogue_epoch", "number", "2000"),
     ("sky", "list of texts", "[\"21 mag\"]"),
     ("mosaic", "list of texts", "[]"),
     ("velocity", "list of texts", "[\"0\", \"0\", \"20*z\"]"),
