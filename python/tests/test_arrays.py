@@ -59,8 +59,8 @@ REFUSED = [
     (lambda: np.full((4, 4, 4), "x"), "float32"),
     (lambda: np.ma.masked_less(cloud(), 0.5), "masked"),
     (lambda: cloud() * u.K, "no number density"),
-    (lambda: cloud() * u.g / u.cm**3, "no number density"),
-    (lambda: cloud() / u.km**3, "cm-3"),
+    (lambda: cloud() * u.g / u.cm**3, "mass_per_h = 1.4"),
+    (lambda: cloud() / u.km**3, r"cm\*\*-3"),
 ]
 
 
