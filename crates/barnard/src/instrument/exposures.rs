@@ -111,10 +111,11 @@ impl Exposures {
                 spread(&mut sharp, points.finer)?;
                 points.gather(&sharp, &mut rates);
             }
-            // Transforms leave a little below zero where there is no light.
-            rates.par_iter_mut().for_each(|rate| *rate = rate.max(0.0));
+            // Transforms leave a little below zero where there is no light, and points between fine pixels do in those beside them.
+            let mut source = squares.gathered(&rates, below.size);
+            source.par_iter_mut().for_each(|rate| *rate = rate.max(0.0));
             let sky = instrument.sky.radiance(band, number, bands.len())?;
-            light.push(BandLight { per_watt, sky, source: squares.gathered(&rates, below.size) });
+            light.push(BandLight { per_watt, sky, source });
         }
         kernels.keep(bands.len() * instrument.psf.len() * if points.is_some() { 2 } else { 1 });
         let header = header(&instrument, image, &radiances, &pixels, &light);
@@ -195,8 +196,6 @@ impl Exposures {
         let numbers = [
             ("GAIN", detector.gain, "[e/adu]"),
             ("EGAIN", detector.gain, "[e/adu]"),
-            ("XPIXSZ", detector.pixel_um, "[um] width of a pixel"),
-            ("YPIXSZ", detector.pixel_um, "[um] height of a pixel"),
             ("FOCALLEN", 1e-3 * detector.pixel_um / self.pixels.edge_rad, "[mm] by which a pixel sees its angle"),
             ("RDNOISE", detector.read_noise, "[e] standard deviation of a reading"),
             ("DARKCUR", detector.dark_current, "[e/s] of a pixel"),

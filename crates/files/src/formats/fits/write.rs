@@ -145,6 +145,7 @@ pub(crate) fn encode_frame(frame: &Frame) -> Vec<u8> {
         cards.text("BUNIT", "adu", "counts");
         cards.text("FILTER", name, "passband, or a mosaic of several");
         cards.text("DATE-OBS", &begun(frame), "start of the exposure, the first being at J2000");
+        cards.number("MJD-OBS", J2000_MJD + frame.begun_s / 86_400.0, "[d] the same");
         frame.keywords.iter().for_each(|keyword| cards.keyword(keyword));
         wcs(&mut cards, image, 2);
         bytes.extend(cards.finish());
@@ -154,6 +155,9 @@ pub(crate) fn encode_frame(frame: &Frame) -> Vec<u8> {
     }
     bytes
 }
+
+/// The modified Julian date of J2000 \[d\].
+const J2000_MJD: f64 = 51_544.5;
 
 /// When a frame begins, by a clock that starts at J2000: the same for the same frame whenever it is written.
 fn begun(frame: &Frame) -> String {
