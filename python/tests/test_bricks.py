@@ -202,7 +202,7 @@ def test_a_field_in_bricks_is_no_array():
 def test_a_killed_worker_is_made_up_for(share):
     """What it had is computed anew by the others: the same bits."""
     distributed = pytest.importorskip("distributed")
-    own = scene(da.from_array(cloud(24), chunks=8))
+    own = scene(da.from_array(cloud(16), chunks=8))
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
         with distributed.Client(local) as client:
             whole = bn.render_bricks(own, client, camera=CAMERAS[0], progress=False)
