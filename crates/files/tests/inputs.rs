@@ -269,7 +269,7 @@ fn hyg_has_colours() {
     assert!(scene.inputs.iter().any(|note| note.text.contains("HYG") && note.is_inferred));
 }
 
-/// What must come of a table of text in one of the forms below.
+/// Required outcome of reading one variant of a text table.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Must {
     /// It is read right.
@@ -280,7 +280,7 @@ enum Must {
     Either,
 }
 
-/// The same table in many forms, and damaged: names of columns, and rows of numbers.
+/// Variants of one table, valid and damaged, by column names and rows of numbers.
 fn forms(names: &[&str], rows: &[&[&str]]) -> Vec<(&'static str, Vec<u8>, Must)> {
     use Must::{Either, Read, Refuse};
     let cells = |separator: &str, cell: &dyn Fn(&str) -> String| -> String {

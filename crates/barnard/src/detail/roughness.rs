@@ -41,7 +41,7 @@ impl Roughness {
         Self { wavelength_pc: two_voxels(grid), deviation, slope }
     }
 
-    /// Whether the voxels of a grid are as large as those that it was measured on.
+    /// True if the grid has the voxel size on which the roughness was measured.
     pub fn is_of(&self, grid: &Grid) -> bool {
         (two_voxels(grid) / self.wavelength_pc - 1.0).abs() < 1e-9
     }

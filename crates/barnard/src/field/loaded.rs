@@ -213,7 +213,7 @@ const MASSES_PER_H: RangeInclusive<f64> = 1.0..=1000.0;
 /// The mass of gas per hydrogen nucleus \[g\] that a section states.
 ///
 /// # Errors
-/// Where the number is below that of pure hydrogen.
+/// A number outside of 1 to 1000.
 pub(crate) fn grams_per_h(section: &Section) -> Result<Option<f64>> {
     Ok(section.number(MASS_PER_H, MASSES_PER_H)?.map(|atoms| atoms * HYDROGEN_MASS * 1e3))
 }

@@ -99,18 +99,16 @@ impl Glare {
             let kernels: Vec<Arc<Kernel>> =
                 image.radiances().map(|band| self.kept(&image.bands[band], width.max(height), &haze, &LAST)).collect();
             let sphere = Sphere::of(image);
-            // Bright points are spread on the sphere, what is left of the picture flat.
-            let points: Vec<_> = sphere.iter().flat_map(|sphere| (0..columns).map(move |column| (sphere, column))).collect();
-            let white = if sphere.is_some() { image.display.tone(image).white } else { 0.0 };
-            let points: Vec<_> = points
-                .into_iter()
-                .map(|(sphere, column)| {
-                    let mut planes = planes(&samples, image, column);
-                    let points = sphere.take(&mut planes, &kernels, white);
-                    put_planes(&mut samples, image, column, &planes);
-                    points
-                })
-                .collect();
+            // Bright points are spread on the sphere, the rest of the picture flat.
+            let mut points = Vec::new();
+            if let Some(sphere) = &sphere {
+                let white = image.display.tone(image).white;
+                for eye in 0..columns {
+                    let mut planes = planes(&samples, image, eye);
+                    points.push(sphere.take(&mut planes, &kernels, white));
+                    put_planes(&mut samples, image, eye, &planes);
+                }
+            }
             let margin = if closes(image, width) { reach(width.max(height)).min(width) } else { 0 };
             for (band, kernel) in image.radiances().zip(&kernels) {
                 let spread = Spread::new(kernel, width + 2 * margin, height);
@@ -128,11 +126,12 @@ impl Glare {
                     }
                 }
             }
-            for (column, points) in points.iter().enumerate() {
-                let Some(sphere) = &sphere else { break };
-                let mut planes = planes(&samples, image, column);
-                sphere.put(points, &mut planes, &kernels);
-                put_planes(&mut samples, image, column, &planes);
+            if let Some(sphere) = &sphere {
+                for (eye, points) in points.iter().enumerate() {
+                    let mut planes = planes(&samples, image, eye);
+                    sphere.put(points, &mut planes, &kernels);
+                    put_planes(&mut samples, image, eye, &planes);
+                }
             }
             if let Some(circle) = image.circle {
                 for (band, column) in image.radiances().flat_map(|band| (0..columns).map(move |column| (band, column))) {

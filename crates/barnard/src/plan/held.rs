@@ -29,8 +29,8 @@ pub struct Choices {
     pub spatial: Option<Spatial>,
     /// The errors of light that was scattered before, and of that of the gathered stars, where they were measured: the worst.
     pub scattered: (Option<ErrorEstimate>, Option<f64>),
-    /// What each density is continued by below its voxels, where the scene asks for that: the roughest. Measured anew for each
-    /// frame of moving gas, it would make the noise flicker.
+    /// Roughness by which `[detail]` continues each density, the largest of all pilots; empty without `[detail]`. Measured per frame,
+    /// it makes the noise flicker while gas moves.
     pub roughness: Vec<Roughness>,
 }
 
@@ -162,10 +162,10 @@ mod tests {
         let (options, control) = (Options::default(), Control::default());
         let choices = Choices::of(&Plan::new(&frame(1.0), &options, &control).unwrap());
         let roughness = |plan: Plan| plan.detail.unwrap().roughness.clone();
-        let own = roughness(Plan::new(&frame(2.0), &options, &control).unwrap());
-        let held = roughness(Plan::holding(None, &frame(2.0), &options, &choices, &control).unwrap());
-        assert!(held == choices.roughness && own != held && own.len() == 1, "{own:?} {held:?}");
-        let rougher = choices.and(&Choices { roughness: own.clone(), ..choices.clone() });
-        assert_eq!(rougher.roughness[0].deviation, own[0].deviation.max(held[0].deviation));
+        let measured = roughness(Plan::new(&frame(2.0), &options, &control).unwrap());
+        let shared = roughness(Plan::holding(None, &frame(2.0), &options, &choices, &control).unwrap());
+        assert!(shared == choices.roughness && measured != shared && measured.len() == 1, "{measured:?} {shared:?}");
+        let rougher = choices.and(&Choices { roughness: measured.clone(), ..choices.clone() });
+        assert_eq!(rougher.roughness[0].deviation, measured[0].deviation.max(shared[0].deviation));
     }
 }

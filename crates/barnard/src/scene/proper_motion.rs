@@ -45,7 +45,7 @@ impl Motion {
     /// vol. 1, §1.5.5). `cell` gives the number in a column of its row; an empty cell is no motion.
     ///
     /// # Errors
-    /// Where a cell is no number, or the epoch no year.
+    /// A cell that is not a number, or an epoch out of range.
     pub fn direction(&self, place: &SkyPlace, cell: impl Fn(usize) -> Result<Option<f64>, String>) -> Result<DVec3, String> {
         let [direction, east, north] = place.axes();
         let from = self.from.map_or_else(|column| Ok(cell(column)?.unwrap_or(0.0)), Ok::<f64, String>)?;

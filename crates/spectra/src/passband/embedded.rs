@@ -14,7 +14,7 @@ pub struct Family {
     pub name: &'static str,
     /// The instrument, what its detector counts, and caveats, in one line.
     pub summary: &'static str,
-    /// Whether magnitudes in its bands are Vega magnitudes by convention.
+    /// True if magnitudes in its bands are Vega magnitudes by convention.
     pub is_vega: bool,
     text: &'static str,
 }

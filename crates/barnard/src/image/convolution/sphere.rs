@@ -20,6 +20,8 @@ const POINT: usize = 3;
 const NEAR: usize = 4;
 /// The light that is seen, relative to the picture's white.
 const SEEN: f64 = 1e-4;
+/// The light that is looked for at least, relative to the brightest point: a picture of few stars has a white of nearly zero.
+const FAINTEST: f64 = 1e-9;
 /// Pixels that are lit, all points together, for each pixel of the picture at most: of more points the faintest light is left out.
 const LIT: f64 = 16.0;
 /// Edge of the tiles in which points are looked for \[pixels\].
@@ -50,9 +52,9 @@ pub(crate) struct Point {
 
 /// A kernel by the distance from its middle.
 struct Profile {
-    /// The largest value at so many pixels or more.
+    /// Largest value at a distance of the index or more, in pixels.
     largest: Vec<f64>,
-    /// All light within so many pixels, on the sphere.
+    /// Light within a distance of the index, in pixels, integrated on the sphere.
     within: Vec<f64>,
 }
 
@@ -81,7 +83,7 @@ impl Profile {
 }
 
 impl Sphere {
-    /// The sphere of a picture, of whose eyes each has so many pixels; none for flat ones.
+    /// Geometry of one eye of an all-sky picture; none for flat pictures.
     pub fn of(image: &Image) -> Option<Self> {
         let (layout, degrees) = match image.pixel? {
             PixelScale::Equidistant(degrees) => {
@@ -116,17 +118,21 @@ impl Sphere {
     pub fn take(&self, planes: &mut [Vec<f64>], kernels: &[impl AsRef<Kernel>], white: f64) -> Vec<Point> {
         let profiles: Vec<Profile> = kernels.iter().map(|kernel| Profile::new(kernel.as_ref(), self.unit)).collect();
         let peaks: Vec<Vec<f64>> = planes.iter().map(|plane| self.peaks(plane)).collect();
-        let mut level = SEEN * white;
+        let brightest = peaks.iter().flatten().copied().fold(0.0, f64::max);
+        let mut level = (SEEN * white).max(FAINTEST * brightest);
+        // Pixels that stand out, and their solid angles relative to one in the middle.
+        let candidate = |i: usize| {
+            let place = self.place(i % self.width, i / self.width);
+            let is_seen = peaks.iter().any(|plane| plane[i] > level) && self.layout.sees(place);
+            is_seen.then(|| (i, self.layout.measure(place)))
+        };
+        let candidates: Vec<(usize, f64)> = (0..self.width * self.height).into_par_iter().filter_map(candidate).collect();
         let chosen = loop {
-            let seen = |i: &usize| {
-                let (x, y) = (i % self.width, i / self.width);
-                let radius = |measure: f64| profiles.iter().zip(&peaks).map(|(own, plane)| own.radius(plane[*i] * measure, level)).max();
-                let any = peaks.iter().any(|plane| plane[*i] > level);
-                let place = self.place(x, y);
-                let measure = Some(self.layout.measure(place)).filter(|_| any && self.layout.sees(place))?;
-                Some((*i, measure, radius(measure)?)).filter(|(_, _, radius)| *radius > NEAR)
+            let reaching = |(i, measure): &(usize, f64)| {
+                let radius = profiles.iter().zip(&peaks).map(|(profile, plane)| profile.radius(plane[*i] * measure, level)).max()?;
+                (radius > NEAR).then_some((*i, *measure, radius))
             };
-            let chosen: Vec<(usize, f64, usize)> = (0..self.width * self.height).into_par_iter().filter_map(|i| seen(&i)).collect();
+            let chosen: Vec<(usize, f64, usize)> = candidates.par_iter().filter_map(reaching).collect();
             let lit: f64 = chosen.iter().map(|(_, _, radius)| std::f64::consts::PI * (*radius as f64).powi(2)).sum();
             if lit <= LIT * (self.width * self.height) as f64 {
                 break chosen;
@@ -158,7 +164,7 @@ impl Sphere {
         chosen.into_iter().map(point).collect()
     }
 
-    /// What stands out of a plane in places that are no larger than a point, here and on the sphere.
+    /// White top-hat of a plane: its light above an opening by a window as large as a point, stretched as the picture is there.
     fn peaks(&self, plane: &[f64]) -> Vec<f64> {
         // Light of one face of a cube does not stand beside that of the next.
         let block = if self.layout == Layout::Cube { self.width } else { self.height };

@@ -83,7 +83,7 @@ impl Header {
                     return Ok(Self { cards, broken: problems, data: from + BLOCK as u64 });
                 }
                 if keyword == "CONTINUE" {
-                    // A long text goes on where its last character is "&" (FITS standard 4.0, §4.2.1.2).
+                    // A text that ends with "&" is continued by the next card (FITS standard 4.0, §4.2.1.2).
                     if let Some((_, value)) = cards.last_mut().filter(|(_, value): &&mut (String, String)| value.ends_with('&')) {
                         value.pop();
                         *value += &value_of(&text.chars().skip(8).collect::<String>());
@@ -140,8 +140,8 @@ impl Header {
         self.text("XTENSION") == Some("BINTABLE") && self.text("ZIMAGE") == Some("T")
     }
 
-    /// Whether the first row of its image is the highest: by ROWORDER, which cameras write. Without it, and where the rows
-    /// have places on the sky, the first row of FITS is the lowest.
+    /// True if the first row is the top one: ROWORDER is TOP-DOWN and there is no WCS. Otherwise the first row of FITS is the
+    /// lowest.
     pub fn is_top_down(&self) -> bool {
         self.text("ROWORDER").is_some_and(|order| order.trim().eq_ignore_ascii_case("TOP-DOWN")) && self.text("CTYPE1").is_none()
     }

@@ -154,7 +154,7 @@ impl<'a> Place<'a> {
         (step.is_finite() && step != 0.0 && first.is_finite()).then(|| Axis { unit: "m".into(), step, first })
     }
 
-    /// Whether the labels of a mesh of openPMD are in the order of a Fortran array, the fastest first.
+    /// True if the labels of an openPMD mesh are in Fortran order, the fastest axis first.
     fn is_fortran_mesh(&self) -> bool {
         self.text("dataOrder").is_some_and(|order| order.eq_ignore_ascii_case("F"))
     }
