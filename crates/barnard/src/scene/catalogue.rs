@@ -270,7 +270,7 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
     if bands.is_empty() {
         let survey = names.iter().find(|name| SURVEY_MAGNITUDES.contains(*name));
         let survey = survey
-            .map(|name| format!("; \"{name}\" is a magnitude of several surveys: name the column by its passband, such as \"sdss-g\""));
+            .map(|name| format!("; \"{name}\" is a magnitude of several surveys: name the column by its passband, such as \"sdss2010-g\""));
         let message = "has no column of magnitudes: \"magnitude\", or the name of a passband such as \"johnson-V\" or \"phot_g_mean_mag\"";
         return Err(wrong(label, table.line, message.to_owned() + &survey.unwrap_or_default()));
     }
