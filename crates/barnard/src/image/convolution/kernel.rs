@@ -48,7 +48,7 @@ impl Kernel {
         size_of_val(&self.values[..]) as u64
     }
 
-    /// Bilinear value at an offset from the middle [pixels], to the right and upwards; zero beyond the reach.
+    /// Bilinear value at an offset from the middle, in pixels to the right and upwards; zero beyond the reach.
     pub fn between(&self, right: f64, up: f64) -> f64 {
         let (reach, edge) = (self.reach as f64, 2 * self.reach + 1);
         let (x, y) = (reach + right, reach - up);
