@@ -62,6 +62,23 @@ fn scenes_have_the_lines_of_their_gas() {
     assert!(mean(&colder, "[OIII]5007") < 0.01 * mean(&scene, "[OIII]5007") && mean(&colder, "[NII]6584") > 0.0);
 }
 
+/// Magnesium shines where it is said to be: in eight numbers, not in six.
+#[test]
+fn magnesium_is_followed() {
+    let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
+    let shines = |abundances: &str| {
+        let text = format!(
+            "bands = [\"hst-wfc3-f280n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [24, 24]\n\
+             [field.ball]\nkind = \"sphere\"\nradius = \"5.3 pc\"\n[gas]\ndensity = \"100 * ball\"\nvoxels = 16\nabundances = {abundances}\n\
+             [[star]]\nposition = \"0 0 0 pc\"\nkind = \"blackbody\"\ntemperature = \"40000 K\"\nluminosity = \"8.05e5 Lsun\"\n"
+        );
+        let scene = barnard_files::parse("gas.toml", "gas", text, &loader).unwrap();
+        scene.emission.iter().any(|species| species.name.starts_with("MgII"))
+    };
+    assert!(shines("\"orion\"") && shines("[0.1, 3e-4, 7e-5, 4e-4, 6e-5, 3e-6, 4e-6, 1e-5]"));
+    assert!(!shines("[0.1, 3e-4, 7e-5, 4e-4, 6e-5, 1e-5]") && !shines("\"lmc\""));
+}
+
 /// What is wrong is refused with its place.
 #[test]
 fn bad_gas_is_refused() {
@@ -69,8 +86,9 @@ fn bad_gas_is_refused() {
     let star = "temperature = \"40000 K\"\nluminosity = \"1e5 Lsun\"";
     for (gas, word) in [
         ("abundances = \"mars\"", "orion"),
-        ("abundances = [1, 2]", "six numbers"),
+        ("abundances = [1, 2]", "eight numbers"),
         ("abundances = [0.1, 0.5, 0, 0, 0, 0]", "nuclei of C"),
+        ("abundances = [0.1, 1e-4, 1e-4, 1e-4, 1e-4, 0.5, 1e-5, 1e-5]", "nuclei of Mg"),
         ("voxels = 4", "voxels"),
         ("colour = 1", "unknown key"),
         ("voxels = 2000", "MiB"),

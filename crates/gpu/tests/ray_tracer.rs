@@ -8,7 +8,7 @@ use glam::DVec3;
 use ionisation::atoms::BOLTZMANN_EV;
 use ionisation::balance::{Gas, State};
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
-use ionisation::light::{IonisingLight, NODES, Photons};
+use ionisation::light::{IonisingLight, NODES, OWN_NODES, Photons};
 use ionisation::processor::Processor;
 use ionisation::tracer::{Light, RayTracer, Task};
 use ionisation::voxel::{Voxel, absorbing};
@@ -29,7 +29,7 @@ fn density() -> Vec<f32> {
 fn cloud(hydrogen: &[f32]) -> Cloud<'_> {
     let voxel = DVec3::new(0.1, 0.13, 0.08);
     let low = -0.5 * voxel * DVec3::from(DIMS.map(|n| n as f64));
-    Cloud { dims: DIMS, low, voxel, hydrogen, abundances: [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6], dust_cm2: 5e-22 }
+    Cloud { dims: DIMS, low, voxel, hydrogen, abundances: [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 0.0, 0.0, 9e-6], dust_cm2: 5e-22 }
 }
 
 /// Light of black bodies with so many photons.
@@ -45,7 +45,7 @@ fn voxels(hydrogen: &[f32], factor: f32) -> Vec<Voxel> {
     let of = |(i, n): (usize, &f32)| {
         let (lit, absorbed) = (number(3 * i) > 0.2, (number(5 * i + 1) * 0.3).powi(2) + 1e-5);
         let opacity = std::array::from_fn(|node| if node < NODES { n * factor * 1e-19 * (1.0 + node as f32).recip() + 1e-20 } else { 0.0 });
-        let (own, rate, depth) = ([1e-13 * n * n; 5], if lit { 3e-6 * (0.5 + number(i)) } else { 0.0 }, absorbing(absorbed));
+        let (own, rate, depth) = ([1e-13 * n * n; OWN_NODES], if lit { 3e-6 * (0.5 + number(i)) } else { 0.0 }, absorbing(absorbed));
         Voxel { opacity, dust: 5e-22 * n, own, rate, absorbed, depth, ionised: 0.5 + 0.5 * number(2 * i) }
     };
     hydrogen.iter().enumerate().map(of).collect()

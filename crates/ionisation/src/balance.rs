@@ -197,7 +197,7 @@ impl Accuracy {
     /// That of a first look.
     pub const COARSE: Self = Self { is_exact: false, settled: 3e-2, depth: 1.0, thickness: 0.15, counts: 3e-3, used_up: 1e-4 };
     /// That of clouds in three dimensions.
-    pub const FAST: Self = Self { is_exact: false, settled: 1.5e-2, depth: 0.3, thickness: 0.12, counts: 1e-3, used_up: 1e-5 };
+    pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.3, thickness: 0.12, counts: 1e-3, used_up: 1e-5 };
 }
 
 /// Temperatures that move to where heating is as much as cooling.
@@ -317,13 +317,20 @@ impl Balance<'_> {
         self.hydrogen * self.abundances[element as usize] * states.part(element, charge)
     }
 
+    /// What recombines to excited levels, and to the ground where the light of that goes elsewhere.
+    #[inline(always)]
+    fn caught(&self, excited: Of, ground: Of) -> Lanes {
+        let excited = self.coefficients.of(excited);
+        if self.diffuse == Diffuse::Outward { excited + self.coefficients.of(ground) } else { excited }
+    }
+
     /// Hydrogen and helium, given the electrons and what both were before.
     #[inline(always)]
     fn hydrogen_and_helium(&self, states: &mut States) {
         let (coefficients, electrons) = (self.coefficients, states.electrons);
         let excited = coefficients.of(Of::HeliumTriplets) + coefficients.of(Of::HeliumSinglets);
         let caught = electrons * (excited + self.lost_of_helium(states) * coefficients.of(Of::HeliumGround));
-        let stripped = electrons * coefficients.of(Of::StrippedCaseB);
+        let stripped = electrons * self.caught(Of::StrippedCaseB, Of::StrippedGround);
         let hard = self.hard(states).rates;
         let to_first = (self.photo.rates[ion(Element::Helium, 0)] + hard[1]) / caught;
         let to_second = self.photo.rates[ion(Element::Helium, 1)] / stripped;
@@ -335,10 +342,7 @@ impl Balance<'_> {
         let rate = self.photo.rates[ion(Element::Hydrogen, 0)] + hard[0] + electrons * coefficients.of(Of::Ionisation);
         // Electrons of hydrogen itself, and of all others: both sides of the balance have hydrogen's, so it is quadratic.
         let rest = (electrons - self.hydrogen * states.part(Element::Hydrogen, 1)).at_least(0.0);
-        let mut caught = coefficients.of(Of::CaseB);
-        if self.diffuse == Diffuse::Outward {
-            caught += coefficients.of(Of::Ground);
-        }
+        let caught = self.caught(Of::CaseB, Of::Ground);
         let (square, linear) = (caught * self.hydrogen, caught * rest + rate);
         let gained = rate + given;
         let ionised = gained * 2.0 / (linear + (linear * linear + square * gained * 4.0).sqrt());
@@ -450,7 +454,8 @@ impl Balance<'_> {
         let of = |of: Of| self.coefficients.of(of);
         let made = self.of_stripped(states);
         let [captures, soft, hard] = [STRIPPED.captures, STRIPPED.soft, STRIPPED.hard].map(|photons| made * photons);
-        [hydrogen * of(Of::Ground) + captures, helium * of(Of::HeliumGround), helium * triplets + soft, helium * two, hard]
+        let ground = states.electrons * self.density(states, Element::Helium, 2) * of(Of::StrippedGround);
+        [hydrogen * of(Of::Ground) + captures, helium * of(Of::HeliumGround), helium * triplets + soft, helium * two, hard, ground]
     }
 
     /// Energy that electrons get \[erg cm⁻³ s⁻¹\], given the densities of ions.
@@ -477,9 +482,11 @@ impl Balance<'_> {
         let (coefficients, of) = (self.coefficients, |of: Of| self.coefficients.of(of));
         // Of what recombination to excited levels takes, helium's is as much of k T as hydrogen's.
         let excited = (of(Of::HeliumTriplets) + of(Of::HeliumSinglets)) * of(Of::CaseBCooling) / of(Of::CaseB);
-        let mut recombination = proton * of(Of::CaseBCooling) + once * excited + twice * of(Of::StrippedCaseBCooling);
+        let mut recombination = proton * self.caught(Of::CaseBCooling, Of::GroundCooling)
+            + once * excited
+            + twice * self.caught(Of::StrippedCaseBCooling, Of::StrippedGroundCooling);
         if self.diffuse == Diffuse::Outward {
-            recombination += proton * of(Of::GroundCooling) + once * of(Of::HeliumGround) * coefficients.kt_erg();
+            recombination += once * of(Of::HeliumGround) * coefficients.kt_erg();
         }
         let free_free = (proton + once) * of(Of::FreeFree) + twice * of(Of::StrippedFreeFree);
         let lines = coefficients.lines(states.electrons, densities);

@@ -26,12 +26,12 @@ pub struct Benchmark {
     pub radii_cm: [f64; 2],
 }
 
-const HII: [f64; ELEMENTS] = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 9e-6];
+const HII: [f64; ELEMENTS] = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 0.0, 0.0, 9e-6];
 
-const PN75: [f64; ELEMENTS] = [1.0, 0.1, 2e-4, 6e-5, 3e-4, 6e-5, 1e-5];
-const PN150: [f64; ELEMENTS] = [1.0, 0.1, 3e-4, 1e-4, 6e-4, 1.5e-4, 1.5e-5];
+const PN75: [f64; ELEMENTS] = [1.0, 0.1, 2e-4, 6e-5, 3e-4, 6e-5, 1e-5, 1e-5, 1e-5];
+const PN150: [f64; ELEMENTS] = [1.0, 0.1, 3e-4, 1e-4, 6e-4, 1.5e-4, 3e-5, 3e-5, 1.5e-5];
 
-/// The H II regions, and the planetary nebulae, whose magnesium and silicon are left out.
+/// The H II regions, and the planetary nebulae.
 pub const BENCHMARKS: [Benchmark; 4] = [
     Benchmark { name: "HII40", temperature: 40_000.0, photons: 4.26e49, gas: Gas::new(100.0, HII), radii_cm: [3e18, 3e19] },
     Benchmark { name: "HII20", temperature: 20_000.0, photons: 1e49, gas: Gas::new(100.0, HII), radii_cm: [3e18, 3e19] },

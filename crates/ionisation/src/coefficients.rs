@@ -29,6 +29,10 @@ pub enum Of {
     StrippedCaseB,
     /// \[erg cm³ s⁻¹\]
     StrippedCaseBCooling,
+    /// He²⁺ to the ground \[cm³ s⁻¹\].
+    StrippedGround,
+    /// \[erg cm³ s⁻¹\]
+    StrippedGroundCooling,
     /// Bremsstrahlung beside ions of one charge \[erg cm³ s⁻¹\].
     FreeFree,
     /// Beside ions of two.
@@ -52,7 +56,7 @@ const LINES: usize = HYDROGEN + Of::Count as usize;
 /// Electron densities of cooling \[cm⁻³\].
 const DENSITIES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 /// Ions that have lines at most.
-const COOLANTS: usize = 24;
+const COOLANTS: usize = 28;
 const COUNT: usize = LINES + COOLANTS * DENSITIES.len();
 
 /// Rows of the table, and the temperatures between which they stand \[K\].
@@ -91,10 +95,12 @@ fn exact(temperature: f64) -> [f64; COUNT] {
     for (of, value) in [
         (Of::CaseB, hydrogen.case_b(temperature, 1.0)),
         (Of::CaseBCooling, hydrogen.case_b_cooling(temperature, 1.0)),
-        (Of::Ground, hydrogen.to_ground(temperature)),
-        (Of::GroundCooling, hydrogen.to_ground_cooling(temperature)),
+        (Of::Ground, hydrogen.to_ground(temperature, 1.0)),
+        (Of::GroundCooling, hydrogen.to_ground_cooling(temperature, 1.0)),
         (Of::StrippedCaseB, hydrogen.case_b(temperature, 2.0)),
         (Of::StrippedCaseBCooling, hydrogen.case_b_cooling(temperature, 2.0)),
+        (Of::StrippedGround, hydrogen.to_ground(temperature, 2.0)),
+        (Of::StrippedGroundCooling, hydrogen.to_ground_cooling(temperature, 2.0)),
         (Of::FreeFree, hydrogen.free_free(temperature, 1.0)),
         (Of::StrippedFreeFree, hydrogen.free_free(temperature, 2.0)),
         (Of::Collisions, hydrogen.excitation(temperature) + HYDROGEN_EV * ERG_PER_EV * ionisation),

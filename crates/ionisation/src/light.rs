@@ -18,18 +18,20 @@ use spectra::quadrature::gauss_of_measure;
 
 use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, Element, HYDROGEN_EV, STAGES, STRIPPED_EV, TRIPLET_EV, TWO_PHOTON_EV};
 
-/// Where bands of nodes begin and end \[eV\], and how many nodes they have: what ionises neutral carbon and sulphur,
-/// hydrogen, neon as well, helium, and He⁺. Within a few tenths of an electronvolt of where light of hydrogen's band ends
+/// Where bands of nodes begin and end \[eV\], and how many nodes they have: what ionises neutral carbon, magnesium,
+/// silicon and sulphur, hydrogen, neon as well, helium, and He⁺. Within a few tenths of an electronvolt of where light of hydrogen's band ends
 /// stand thresholds of Ne⁰ and S⁺: a short band leaves little to interpolate there.
 const BANDS: [(f64, f64, usize); 6] =
-    [(10.36, 13.6, 2), (13.6, 18.0, 3), (18.0, 21.56, 2), (21.56, 24.59, 2), (24.59, 54.42, 6), (54.42, 500.0, 6)];
+    [(7.64, 13.6, 2), (13.6, 18.0, 3), (18.0, 21.56, 2), (21.56, 24.59, 2), (24.59, 54.42, 6), (54.42, 500.0, 6)];
 /// Photons of a band, in parts of all, with which it is left out \[1\].
 const FAINTEST: f64 = 1e-12;
 /// Samples of the spectrum in a band.
 const SAMPLES: usize = 600;
 /// The gas's own light: where it begins \[eV\], and whether an electron's kinetic energy comes on top. These are
-/// recombinations to the ground of hydrogen and helium, helium's triplets, its two-photon decays, and recombinations of He²⁺.
-const OWN: [(f64, bool); 5] = [(13.6, true), (24.59, true), (TRIPLET_EV, false), (TWO_PHOTON_EV, false), (STRIPPED_EV, false)];
+/// recombinations to the ground of hydrogen and helium, helium's triplets, its two-photon decays, and recombinations of He²⁺
+/// to excited levels and to the ground.
+const OWN: [(f64, bool); 6] =
+    [(13.6, true), (24.59, true), (TRIPLET_EV, false), (TWO_PHOTON_EV, false), (STRIPPED_EV, false), (54.42, true)];
 /// That kinetic energy, where cross sections are read \[eV\]: k T at 10⁴ K.
 const KINETIC_EV: f64 = 0.85;
 /// How much longer the ways of the gas's own light are than the way outward, by its depth κ r: κ (1 + DETOUR κ r), (G4) of
@@ -59,12 +61,13 @@ pub struct Absorption {
 }
 
 /// Nodes at most.
-pub const NODES: usize = 26;
+pub const NODES: usize = 27;
 /// A number for each node; zeros where there is none.
 pub type ByNode = [f64; NODES];
 
 /// A star's ionising light. The first nodes are those of the gas's own, which the star has none of: recombinations to the
-/// ground of hydrogen and of helium, photons of 19.8 eV, of two-photon decays, and hard ones of recombining He²⁺.
+/// ground of hydrogen and of helium, photons of 19.8 eV, of two-photon decays, and hard ones of recombining He²⁺, to
+/// excited levels and to its ground.
 #[derive(Debug, Clone)]
 pub struct IonisingLight {
     /// Photon energies of the nodes \[eV\].

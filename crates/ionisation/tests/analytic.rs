@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
-use ionisation::atoms::{Atoms, Element, photons_of_helium};
+use ionisation::atoms::{Atoms, ELEMENTS, Element, photons_of_helium};
 use ionisation::balance::{Diffuse, Gas, State};
 use ionisation::lanes::Lanes;
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
 
-const HYDROGEN: [f64; 7] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+const HYDROGEN: [f64; ELEMENTS] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 const Q: f64 = 1e49;
 const PARSEC_CM: f64 = 3.085_677_581e18;
 
@@ -58,7 +58,7 @@ fn dusty() {
 /// Photons that hydrogen and helium absorb are as many as recombinations, and Hβ is what case B makes of them.
 #[test]
 fn recombinations_are_as_many_as_photons() {
-    let gas = Gas { isothermal: Some(1e4), ..Gas::new(100.0, [1.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]) };
+    let gas = Gas { isothermal: Some(1e4), ..Gas::new(100.0, [1.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) };
     let light = IonisingLight::blackbody(40_000.0, Q);
     for diffuse in [Diffuse::OnTheSpot, Diffuse::Outward] {
         let sphere = Sphere::new(gas, &light, diffuse, [0.1 * PARSEC_CM, 100.0 * PARSEC_CM]);

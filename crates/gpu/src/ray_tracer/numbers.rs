@@ -117,9 +117,10 @@ pub fn voxel_quads(cloud: &Cloud, voxels: Option<&[Voxel]>, which: Range<usize>)
         let mut quads = [[0.0; 4]; VOXEL];
         if let Some(voxel) = voxels.map(|voxels| &voxels[i]) {
             quads[..QUADS].as_flattened_mut().copy_from_slice(&voxel.opacity[..4 * QUADS]);
-            quads[QUADS].copy_from_slice(&voxel.own[..4]);
-            quads[QUADS + 1] = [voxel.own[4], voxel.dust, voxel.rate, voxel.absorbed];
-            quads[QUADS + 2] = [voxel.depth, voxel.ionised, 0.0, 0.0];
+            let [own @ .., fifth, sixth] = voxel.own;
+            quads[QUADS] = own;
+            quads[QUADS + 1] = [fifth, voxel.dust, voxel.rate, voxel.absorbed];
+            quads[QUADS + 2] = [voxel.depth, voxel.ionised, 0.0, sixth];
         }
         quads[QUADS + 2][2] = cloud.hydrogen[i];
         quads

@@ -35,7 +35,7 @@ struct Ray {
 // then by level of patches tangents of half of its half width and of that divided by √3, and the half width.
 @group(0) @binding(2) var<storage, read> spectrum: array<vec4f>;
 // Of each voxel: opacity by node [cm⁻¹]; photons that it makes [cm⁻³ s⁻¹], opacity of dust, Γ [s⁻¹], the part of light that it
-// absorbs, the depth that does so, the part of its hydrogen that is ionised, nuclei of that [cm⁻³].
+// absorbs, the depth that does so, the part of its hydrogen that is ionised, nuclei of that [cm⁻³]; the last of the photons.
 @group(0) @binding(3) var<storage, read> voxels: array<vec4f>;
 // Γ by the light of all other stars [s⁻¹].
 @group(0) @binding(4) var<storage, read_write> others: array<f32>;
@@ -157,7 +157,7 @@ fn cross_voxel(voxel: u32, photons: ptr<function, array<vec4f, QUADS>>, inner: f
         rate += dot((*photons)[q], spectrum[SIGMA + q]);
     }
     rate *= undimmed;
-    // Own light 5, dust, Γ, absorbed; depth, ionised, hydrogen.
+    // Own light 5, dust, Γ, absorbed; depth, ionised, hydrogen, own light 6.
     let own = voxels[first + QUADS];
     let told = voxels[first + QUADS + 1u];
     let more = voxels[first + QUADS + 2u];
@@ -185,14 +185,14 @@ fn cross_voxel(voxel: u32, photons: ptr<function, array<vec4f, QUADS>>, inner: f
             depth *= 1.0 + opacity * detour;
         }
         if q == 1u {
-            depth.x *= 1.0 + opacity.x * detour;
+            depth = vec4f(depth.xy * (1.0 + opacity.xy * detour), depth.zw);
         }
         let decay = exp(-min(depth, vec4f(87.0)));
         light *= decay;
         if q < 2u {
             let series = 1.0 - depth * (0.5 - depth * (1.0 / 6.0 - depth / 24.0));
             let mean = select(series, (1.0 - decay) / max(depth, vec4f(0.03)), depth > vec4f(0.03));
-            light += select(vec4f(told.x, 0.0, 0.0, 0.0), own, q == 0u) * mean * made;
+            light += select(vec4f(told.x, more.w, 0.0, 0.0), own, q == 0u) * mean * made;
         }
         light = select(vec4f(0.0), light, light > vec4f(NONE));
         (*photons)[q] = light;

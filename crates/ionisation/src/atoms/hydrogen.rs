@@ -39,9 +39,9 @@ impl Hydrogen {
         }
     }
 
-    /// Recombination of H⁺ to the ground level \[cm³ s⁻¹\], at a temperature in K.
-    pub fn to_ground(&self, temperature: f64) -> f64 {
-        self.of(Column::ToGround, temperature)
+    /// Recombination to the ground level of a nucleus of charge `z` that has no electron \[cm³ s⁻¹\], at a temperature in K.
+    pub fn to_ground(&self, temperature: f64, z: f64) -> f64 {
+        z * self.of(Column::ToGround, temperature / (z * z))
     }
 
     /// Recombination to all levels but the ground (case B) of a nucleus of charge `z` that has no electron \[cm³ s⁻¹\].
@@ -55,9 +55,9 @@ impl Hydrogen {
         z * self.of(Column::CoolingToExcited, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
     }
 
-    /// The kinetic energy that recombination of H⁺ to the ground level takes \[erg cm³ s⁻¹\].
-    pub fn to_ground_cooling(&self, temperature: f64) -> f64 {
-        self.of(Column::CoolingToGround, temperature) * BOLTZMANN_EV * ERG_PER_EV * temperature
+    /// The same of recombination to the ground level.
+    pub fn to_ground_cooling(&self, temperature: f64, z: f64) -> f64 {
+        z * self.of(Column::CoolingToGround, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
     }
 
     /// Energy of bremsstrahlung beside ions of charge `z` \[erg cm³ s⁻¹\].

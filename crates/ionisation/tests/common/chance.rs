@@ -57,7 +57,7 @@ pub struct Follow {
 /// neutral than of many (⟨1/Γ⟩ > 1/⟨Γ⟩), so that later rounds have the mean of what all after the first few have found.
 pub fn neutral(cloud: &Cloud, source: &Source, follow: &Follow, first: Vec<f64>) -> Vec<f64> {
     let hydrogen = &Atoms::get().hydrogen;
-    let (ground, rest) = (hydrogen.to_ground(follow.temperature), hydrogen.case_b(follow.temperature, 1.0));
+    let (ground, rest) = (hydrogen.to_ground(follow.temperature, 1.0), hydrogen.case_b(follow.temperature, 1.0));
     let caught = if follow.is_diffuse { ground + rest } else { rest };
     let energies = energies(source.temperature);
     let volume = (cloud.voxel * PARSEC_CM).element_product();

@@ -37,7 +37,7 @@ impl Clump {
 
     fn cloud(&self) -> Cloud<'_> {
         let voxel = DVec3::splat(2.0 * HALF_PC / self.edge as f64);
-        let abundances = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let abundances = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         Cloud { dims: [self.edge; 3], low: DVec3::splat(-HALF_PC), voxel, hydrogen: &self.hydrogen, abundances, dust_cm2: 0.0 }
     }
 

@@ -1,7 +1,7 @@
 //! Gas on voxels, and the stars that ionise it.
 
 use glam::DVec3;
-use ionisation::atoms::{EmissionLine, LineTable};
+use ionisation::atoms::{ELEMENTS, EmissionLine, LineTable};
 use ionisation::balance::{Accuracy, Diffuse};
 use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star as Source, block_means};
 use ionisation::error::IonisationError;
@@ -61,8 +61,8 @@ pub struct GasCloud {
     pub lattice: Lattice,
     /// Nuclei of hydrogen in each, x fastest \[cm⁻³\].
     pub hydrogen: Vec<f32>,
-    /// Nuclei of H, He, C, N, O, Ne and S for one of hydrogen.
-    pub abundances: [f64; 7],
+    /// Nuclei of H, He, C, N, O, Ne, Mg, Si and S for one of hydrogen.
+    pub abundances: [f64; ELEMENTS],
     /// What dust absorbs of ionising light, for one nucleus of hydrogen \[cm²\].
     pub dust_cm2: f64,
     /// A temperature that all of it is held at \[K\], in place of the one at which heating and cooling are in balance.

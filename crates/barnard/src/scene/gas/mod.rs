@@ -6,6 +6,7 @@ mod species;
 
 use std::sync::Arc;
 
+use ionisation::atoms::ELEMENTS;
 use ionisation::balance::{Accuracy, COLDEST, Diffuse, Gas, HOTTEST, State};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::Quantity;
@@ -24,19 +25,21 @@ use crate::field::{Field, Grid, Lattice};
 use crate::memory;
 use crate::properties::{Key, Section};
 
-/// Nuclei of H, He, C, N, O, Ne and S for one of hydrogen, by name.
+/// Nuclei of H, He, C, N, O, Ne, Mg, Si and S for one of hydrogen, by name.
 struct Abundances {
     name: &'static str,
-    values: [f64; 7],
+    values: [f64; ELEMENTS],
 }
 
 const ABUNDANCES: &[Abundances] = &[
-    // Baldwin et al. 1991, ApJ 374, 580; Rubin et al. 1991, ApJ 374, 564; Osterbrock, Tran & Veilleux 1992, ApJ 389, 305.
-    Abundances { name: "orion", values: [1.0, 0.095, 3.0e-4, 7.0e-5, 4.0e-4, 6.0e-5, 1.0e-5] },
-    // Asplund et al. 2009, ARA&A 47, 481.
-    Abundances { name: "solar", values: [1.0, 0.0851, 2.69e-4, 6.76e-5, 4.90e-4, 8.51e-5, 1.32e-5] },
-    // Russell & Dopita 1992, ApJ 384, 508: 10.94, 8.04, 7.14, 8.35, 7.61 and 6.70 as 12 + lg N/H.
-    Abundances { name: "lmc", values: [1.0, 0.0871, 1.10e-4, 1.38e-5, 2.24e-4, 4.07e-5, 5.01e-6] },
+    // Baldwin et al. 1991, ApJ 374, 580; Rubin et al. 1991, ApJ 374, 564; Osterbrock, Tran & Veilleux 1992, ApJ 389, 305: of the gas,
+    // most magnesium and silicon being in grains.
+    Abundances { name: "orion", values: [1.0, 0.095, 3.0e-4, 7.0e-5, 4.0e-4, 6.0e-5, 3.0e-6, 4.0e-6, 1.0e-5] },
+    // Asplund et al. 2009, ARA&A 47, 481: of the Sun, nothing being in grains.
+    Abundances { name: "solar", values: [1.0, 0.0851, 2.69e-4, 6.76e-5, 4.90e-4, 8.51e-5, 3.98e-5, 3.24e-5, 1.32e-5] },
+    // Russell & Dopita 1992, ApJ 384, 508: 10.94, 8.04, 7.14, 8.35, 7.61 and 6.70 as 12 + lg N/H; all magnesium
+    // and silicon are taken to be in grains.
+    Abundances { name: "lmc", values: [1.0, 0.0871, 1.10e-4, 1.38e-5, 2.24e-4, 4.07e-5, 0.0, 0.0, 5.01e-6] },
     // The benchmark of Lexington.
     Abundances { name: "hii40", values: BENCHMARKS[0].gas.abundances },
 ];
@@ -47,7 +50,7 @@ pub(super) const KEYS: &[Key] = &[
         "abundances",
         "text or list",
         "orion",
-        "orion, solar, lmc or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen",
+        "orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S for one nucleus of hydrogen; of six numbers Mg and Si are left out",
     ),
     Key::optional(
         "voxels",
@@ -198,12 +201,19 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
 }
 
 /// The abundances by name, or as a list.
-fn abundances(section: &Section) -> Result<[f64; 7]> {
+fn abundances(section: &Section) -> Result<[f64; ELEMENTS]> {
     if let Ok(Some(values)) = section.numbers("abundances") {
-        let [helium, carbon, nitrogen, oxygen, neon, sulphur] = values[..] else {
-            return Err(section.error("abundances", "six numbers: He, C, N, O, Ne and S for one nucleus of hydrogen"));
+        let (helium, carbon, nitrogen, oxygen, neon, [magnesium, silicon], sulphur) = match values[..] {
+            [helium, carbon, nitrogen, oxygen, neon, sulphur] => (helium, carbon, nitrogen, oxygen, neon, [0.0; 2], sulphur),
+            [helium, carbon, nitrogen, oxygen, neon, magnesium, silicon, sulphur] => {
+                (helium, carbon, nitrogen, oxygen, neon, [magnesium, silicon], sulphur)
+            }
+            _ => {
+                let message = "eight numbers: He, C, N, O, Ne, Mg, Si and S for one nucleus of hydrogen, or six without Mg and Si";
+                return Err(section.error("abundances", message));
+            }
         };
-        return Ok([1.0, helium, carbon, nitrogen, oxygen, neon, sulphur]);
+        return Ok([1.0, helium, carbon, nitrogen, oxygen, neon, magnesium, silicon, sulphur]);
     }
     let names: Vec<&'static str> = ABUNDANCES.iter().map(|row| row.name).collect();
     let name = section.choice("abundances", &names)?.unwrap_or(ABUNDANCES[0].name);
