@@ -46,7 +46,7 @@ pub use kernels::Kernels;
 pub use master::Flag;
 pub use presets::{PRESETS, Preset, preset};
 pub use psf::PointSpread;
-pub use sky::Sky;
+pub use sky::{Brightness, Sky};
 
 use crate::error::{Error, Result};
 

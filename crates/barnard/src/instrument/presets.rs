@@ -5,7 +5,7 @@ use std::sync::Arc;
 use spectra::SpectraError;
 
 use super::psf::{Airy, Gaussian, Moffat};
-use super::{Detector, Filters, Instrument, Sky};
+use super::{Brightness, Detector, Filters, Instrument, Sky};
 use crate::image::optics;
 use crate::observation::RadianceUnit;
 
@@ -74,8 +74,7 @@ pub const PRESETS: &[Preset] = &[
             pixel_rad: Some(0.389 * ARCSEC),
             sky: Sky {
                 system: RadianceUnit::Vega,
-                magnitudes: Vec::new(),
-                by_name: &[
+                brightness: Brightness::ByName(&[
                     ("johnson-U", 22.28),
                     ("johnson-B", 22.64),
                     ("johnson-V", 21.61),
@@ -86,8 +85,7 @@ pub const PRESETS: &[Preset] = &[
                     ("bessell-V", 21.61),
                     ("bessell-R", 20.87),
                     ("bessell-I", 19.71),
-                ],
-                zodiacal: None,
+                ]),
             },
             detector: Detector {
                 dark_current: 0.002,
@@ -165,16 +163,14 @@ pub const PRESETS: &[Preset] = &[
             pixel_rad: Some(0.2 * ARCSEC),
             sky: Sky {
                 system: RadianceUnit::Ab,
-                magnitudes: Vec::new(),
-                by_name: &[
+                brightness: Brightness::ByName(&[
                     ("lsst2023-u", 22.99),
                     ("lsst2023-g", 22.26),
                     ("lsst2023-r", 21.20),
                     ("lsst2023-i", 20.48),
                     ("lsst2023-z", 19.60),
                     ("lsst2023-y", 18.61),
-                ],
-                zodiacal: None,
+                ]),
             },
             detector: Detector {
                 dark_current: 0.2,
@@ -236,8 +232,8 @@ mod tests {
         for row in PRESETS {
             let instrument = preset(row.name).unwrap();
             instrument.check().unwrap();
-            let named = instrument.sky.by_name.iter().map(|(name, _)| *name);
-            for name in named.chain(instrument.detector.mosaic.iter().flatten().map(String::as_str)) {
+            let named = if let Brightness::ByName(named) = instrument.sky.brightness { named } else { &[] };
+            for name in named.iter().map(|(name, _)| *name).chain(instrument.detector.mosaic.iter().flatten().map(String::as_str)) {
                 assert!(Passband::named(name).is_ok(), "{}: {name}", row.name);
             }
             // A pupil whose name were misspelt would be a round one.

@@ -10,12 +10,22 @@ use crate::observation::{InUnit, RadianceUnit};
 pub struct Sky {
     /// The zero point: [`Ab`](RadianceUnit::Ab), [`St`](RadianceUnit::St) or [`Vega`](RadianceUnit::Vega).
     pub system: RadianceUnit,
-    /// The magnitude in each passband, in order, or one for all; none where the sky is dark.
-    pub magnitudes: Vec<f64>,
-    /// Magnitudes by the name of a passband, where there is no list; the nearest in wavelength holds for others.
-    pub by_name: &'static [(&'static str, f64)],
-    /// The AB magnitude at V of zodiacal light, which is as bright as its spectrum says in other passbands, where there is no list.
-    pub zodiacal: Option<f64>,
+    /// How bright it is.
+    pub brightness: Brightness,
+}
+
+/// How bright a sky is, in magnitudes of a square arcsecond.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Brightness {
+    /// It is dark.
+    #[default]
+    Dark,
+    /// In each passband, in order, or one for all.
+    Listed(Vec<f64>),
+    /// By the name of a passband; the nearest in wavelength holds for others.
+    ByName(&'static [(&'static str, f64)]),
+    /// That of zodiacal light at V, which is as bright as its spectrum says in other passbands.
+    Zodiacal(f64),
 }
 
 /// Zodiacal light by wavelength \[µm\], 90° from the Sun in the ecliptic \[10⁻⁸ W m⁻² sr⁻¹ µm⁻¹\]: Leinert et al. 1998, A&AS 127, 1,
@@ -44,7 +54,7 @@ const AT_V_UM: f64 = 0.55;
 impl Default for Sky {
     /// A dark sky.
     fn default() -> Self {
-        Self { system: RadianceUnit::Ab, magnitudes: Vec::new(), by_name: &[], zodiacal: None }
+        Self { system: RadianceUnit::Ab, brightness: Brightness::Dark }
     }
 }
 
@@ -54,29 +64,24 @@ const RANGE: std::ops::RangeInclusive<f64> = -30.0..=40.0;
 impl Sky {
     /// A sky of one AB magnitude in all bands.
     pub fn even(magnitude: f64) -> Self {
-        Self { magnitudes: vec![magnitude], ..Self::default() }
+        Self { brightness: Brightness::Listed(vec![magnitude]), ..Self::default() }
     }
 
     /// Zodiacal light of an AB magnitude at V.
     pub fn zodiacal(magnitude: f64) -> Self {
-        Self { zodiacal: Some(magnitude), ..Self::default() }
+        Self { brightness: Brightness::Zodiacal(magnitude), ..Self::default() }
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        match self.magnitudes.iter().find(|m| !RANGE.contains(*m)) {
+        let said = match &self.brightness {
+            Brightness::Listed(magnitudes) => &magnitudes[..],
+            Brightness::Zodiacal(magnitude) => std::slice::from_ref(magnitude),
+            Brightness::Dark | Brightness::ByName(_) => &[],
+        };
+        match said.iter().find(|m| !RANGE.contains(*m)) {
             Some(wrong) => Err(Error::value("sky of an instrument", wrong, "a magnitude of a square arcsecond, from -30 to 40")),
             None => Ok(()),
         }
-    }
-
-    /// The magnitude by name, or of the named passband that is nearest in wavelength.
-    fn nearest(&self, band: &Passband) -> Option<f64> {
-        let apart = |name: &str| match Passband::named(name) {
-            _ if name == band.name() => -1.0,
-            Ok(own) => (own.pivot().0 / band.pivot().0).ln().abs(),
-            Err(_) => f64::INFINITY,
-        };
-        self.by_name.iter().min_by(|a, b| apart(a.0).total_cmp(&apart(b.0))).map(|(_, magnitude)| *magnitude)
     }
 
     /// The radiance of the sky in a passband, the one of this number of so many [W m⁻² sr⁻¹].
@@ -84,21 +89,34 @@ impl Sky {
     /// # Errors
     /// Where there are other than one or as many magnitudes as passbands, or the zero point is not known in the passband.
     pub fn radiance(&self, band: &Passband, number: usize, count: usize) -> Result<f64> {
-        let magnitude = match self.magnitudes[..] {
-            [] => self.zodiacal.map(|v| v + zodiacal_colour(band.pivot().0)).or_else(|| self.nearest(band)),
-            [all] => Some(all),
-            _ if self.magnitudes.len() == count => Some(self.magnitudes[number]),
-            _ => {
-                let said = format!("{} magnitudes for {count} passbands", self.magnitudes.len());
-                return Err(Error::value("sky of an instrument", said, "one magnitude for all passbands, or one for each"));
-            }
+        let magnitude = match &self.brightness {
+            Brightness::Dark => return Ok(0.0),
+            Brightness::Zodiacal(at_v) => at_v + zodiacal_colour(band.pivot().0),
+            Brightness::ByName(named) => nearest(named, band),
+            Brightness::Listed(magnitudes) => match magnitudes[..] {
+                [all] => all,
+                _ if magnitudes.len() == count => magnitudes[number],
+                _ => {
+                    let said = format!("{} magnitudes for {count} passbands", magnitudes.len());
+                    return Err(Error::value("sky of an instrument", said, "one magnitude for all passbands, or one for each"));
+                }
+            },
         };
-        let Some(magnitude) = magnitude else { return Ok(0.0) };
         match self.system.of(band, None)? {
             InUnit::Magnitudes { zero } => Ok(zero * 10f64.powf(-0.4 * magnitude)),
             InUnit::Times(_) => Err(Error::value("sky of an instrument", "no magnitudes", "one of the systems AB, ST or Vega")),
         }
     }
+}
+
+/// The magnitude by name, or of the named passband that is nearest in wavelength.
+fn nearest(named: &[(&str, f64)], band: &Passband) -> f64 {
+    let apart = |name: &str| match Passband::named(name) {
+        _ if name == band.name() => -1.0,
+        Ok(own) => (own.pivot().0 / band.pivot().0).ln().abs(),
+        Err(_) => f64::INFINITY,
+    };
+    named.iter().min_by(|a, b| apart(a.0).total_cmp(&apart(b.0))).map_or(f64::INFINITY, |(_, magnitude)| *magnitude)
 }
 
 /// How much fainter zodiacal light is at a wavelength \[µm\] than at V, in AB magnitudes.
@@ -125,7 +143,7 @@ mod tests {
         let star = zero_point(&band("johnson-V"), MagnitudeSystem::Ab).unwrap() * 10f64.powf(-0.4 * 21.0);
         let own = Sky::even(21.0).radiance(&band("johnson-V"), 0, 1).unwrap() * (std::f64::consts::PI / 648_000.0).powi(2);
         assert!((own / star - 1.0).abs() < 1e-9, "{own} {star}");
-        let named = Sky { by_name: &[("johnson-B", 22.0), ("johnson-V", 21.0)], ..Sky::default() };
+        let named = Sky { brightness: Brightness::ByName(&[("johnson-B", 22.0), ("johnson-V", 21.0)]), ..Sky::default() };
         let even = |magnitude: f64, name: &str| Sky::even(magnitude).radiance(&band(name), 0, 1).unwrap();
         for (name, magnitude) in [("johnson-B", 22.0), ("johnson-V", 21.0), ("amateur-ha-3nm", 21.0), ("galex-nuv", 22.0)] {
             assert_eq!(named.radiance(&band(name), 0, 1).unwrap(), even(magnitude, name), "{name}");
@@ -137,6 +155,6 @@ mod tests {
         assert!((ratio / (17.0 / 260.0) - 1.0).abs() < 0.1, "{ratio}");
         assert!(per_um("hst-wfc3-f275w") < 0.2 * per_um("hst-wfc3-f502n"));
         assert_eq!(Sky::default().radiance(&band("johnson-V"), 0, 1).unwrap(), 0.0);
-        assert!(Sky { magnitudes: vec![20.0, 21.0], ..Sky::default() }.radiance(&band("johnson-V"), 0, 3).is_err());
+        assert!(Sky { brightness: Brightness::Listed(vec![20.0, 21.0]), ..Sky::default() }.radiance(&band("johnson-V"), 0, 3).is_err());
     }
 }

@@ -86,22 +86,17 @@ impl Film<'_> {
     pub fn missing_echo(&self, scene: &Scene, loader: &Loader) -> Result<Option<String>> {
         let bounds = scene.densities().map(|density| density.bounds().size().max_element()).filter(|size| size.is_finite());
         let crossing_s = bounds.fold(0.0, f64::max) * PARSEC / SPEED_OF_LIGHT;
-        if !self.timeline.tracks().any(|(place, _)| place.starts_with("star")) {
+        let step = 1.0 / self.timeline.frames.per_second;
+        if step >= crossing_s || !self.timeline.tracks().any(|(place, _)| place.starts_with("star")) {
             return Ok(None);
         }
-        let frames = &self.timeline.frames;
-        let step = 1.0 / frames.per_second;
         let mut fastest: Option<(f64, String)> = None;
-        for look in 0..frames.count.clamp(1, LOOKS) {
-            let time = frames.time(frames.first + (look * (frames.count - 1) / frames.count.clamp(1, LOOKS)) as i64);
-            for (before, after) in self.stars(time, loader)?.iter().zip(&self.stars(time + step, loader)?) {
-                let light = |star: &Star| star.spectrum.continuum(VISIBLE_UM);
-                let changed = if light(before) > 0.0 { (light(after) / light(before)).ln().abs() } else { 0.0 };
-                if changed > DIMMED && step < crossing_s && fastest.as_ref().is_none_or(|(most, _)| changed > *most) {
-                    fastest = Some((changed, before.name.clone()));
-                }
+        self.frame_by_frame(loader, |before, after| {
+            let changed = changed(before, after, VISIBLE_UM);
+            if changed > fastest.as_ref().map_or(DIMMED, |(most, _)| *most) {
+                fastest = Some((changed, before.name.clone()));
             }
-        }
+        })?;
         Ok(fastest.map(|(changed, name)| {
             format!(
                 "{name} changes by a factor of {:.3} within {}, in which light crosses {} of the cloud, {} wide: all of it changes at once here, where a light echo would run through it",
@@ -113,20 +108,30 @@ impl Film<'_> {
         }))
     }
 
+    /// Shows each star at some of the frames and one frame later.
+    fn frame_by_frame(&self, loader: &Loader, mut show: impl FnMut(&Star, &Star)) -> Result<()> {
+        let frames = &self.timeline.frames;
+        let (looks, step) = (frames.count.clamp(1, LOOKS), 1.0 / frames.per_second);
+        for look in 0..looks {
+            let time = frames.time(frames.first + (look * frames.count.saturating_sub(1) / looks) as i64);
+            let [before, after] = [self.stars(time, loader)?, self.stars(time + step, loader)?];
+            before.iter().zip(&after).for_each(|(before, after)| show(before, after));
+        }
+        Ok(())
+    }
+
     /// Frames between two solutions, by what changes most from one frame to the next.
     fn frames_between(&self, voxel_pc: f64, loader: &Loader) -> Result<f64> {
-        let frames = &self.timeline.frames;
-        let (count, step) = (frames.count.clamp(1, LOOKS), 1.0 / frames.per_second);
         let mut most = 0.0f64;
-        for look in 0..count {
-            let time = frames.time(frames.first + (look * (frames.count - 1) / count.max(1)) as i64);
-            let [before, after] = [self.stars(time, loader)?, self.stars(time + step, loader)?];
-            for (before, after) in before.iter().zip(&after) {
-                let light = |star: &Star| star.spectrum.continuum(IONISING_UM);
-                let dimmed = if light(before) > 0.0 { (light(after) / light(before)).ln().abs() } else { 0.0 };
-                most = most.max((after.position - before.position).length() / voxel_pc).max(dimmed / DIMMED);
-            }
-        }
+        self.frame_by_frame(loader, |before, after| {
+            most = most.max((after.position - before.position).length() / voxel_pc).max(changed(before, after, IONISING_UM) / DIMMED);
+        })?;
         Ok((1.0 / most).floor().clamp(1.0, MOST_FRAMES))
     }
+}
+
+/// By how much the light of a star changes at a wavelength \[µm\], as a natural logarithm.
+fn changed(before: &Star, after: &Star, lambda_um: f64) -> f64 {
+    let [before, after] = [before, after].map(|star| star.spectrum.continuum(lambda_um));
+    if before > 0.0 { (after / before).ln().abs() } else { 0.0 }
 }

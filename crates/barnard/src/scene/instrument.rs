@@ -5,7 +5,7 @@ use spectra::units::{Angle, Area, Charge, Counts, DarkCurrent, Gain, HitRate, Le
 
 use crate::data::Inputs;
 use crate::error::Result;
-use crate::instrument::{Instrument, MAX_FRAMES, Sky, preset, psf};
+use crate::instrument::{Brightness, Instrument, MAX_FRAMES, Sky, preset, psf};
 use crate::observation::RadianceUnit;
 use crate::properties::{Key, Section, Table, build_kind};
 
@@ -166,6 +166,8 @@ fn sky(section: &Section, before: Sky) -> Result<Sky> {
         }
         return Ok(before);
     };
-    let magnitudes = said.iter().map(|text| section.wrap("sky", Magnitude::parse(text)).map(|magnitude| magnitude.0));
-    Ok(Sky { system: system.unwrap_or(RadianceUnit::Ab), magnitudes: magnitudes.collect::<Result<_>>()?, ..Sky::default() })
+    let magnitude = |text: &&str| section.wrap("sky", Magnitude::parse(text)).map(|magnitude| magnitude.0);
+    let magnitudes = said.iter().map(magnitude).collect::<Result<Vec<f64>>>()?;
+    let brightness = if magnitudes.is_empty() { Brightness::Dark } else { Brightness::Listed(magnitudes) };
+    Ok(Sky { system: system.unwrap_or(RadianceUnit::Ab), brightness })
 }
