@@ -1349,7 +1349,8 @@ class Gas(Table):
     density : expression
         Nuclei of hydrogen in cm-3, of the fields, such as "n_H".
     abundances : text or list, default orion
-        Orion, solar, lmc or hii40, or He, C, N, O, Ne and S for one nucleus of hydrogen.
+        Orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S for one nucleus of hydrogen; of six numbers Mg
+        and Si are left out.
     voxels : whole number, default a grid's own; 96 for a function
         Voxels along the longest edge: more than a grid has show its fronts finer.
     dust_absorption : number, default 0
