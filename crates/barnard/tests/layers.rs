@@ -95,7 +95,7 @@ fn layers_add_up_to_the_picture() {
 #[test]
 fn every_way_adds_up() {
     let mut small = scene();
-    small.camera = small.camera.size(6, 5);
+    small.camera = small.camera.size(3, 2);
     add_up(&mut Reference { accuracy: 1e-4 }, &small, 1e-4);
     let mut many = scene();
     many.method.bounces = 1000;
