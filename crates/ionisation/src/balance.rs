@@ -317,7 +317,7 @@ impl Balance<'_> {
         self.hydrogen * self.abundances[element as usize] * states.part(element, charge)
     }
 
-    /// What recombines to excited levels, and to the ground where the light of that goes elsewhere.
+    /// Rate coefficient of recombination to excited levels, plus that to the ground level unless its photons are absorbed on the spot.
     #[inline(always)]
     fn caught(&self, excited: Of, ground: Of) -> Lanes {
         let excited = self.coefficients.of(excited);

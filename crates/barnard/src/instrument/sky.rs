@@ -10,21 +10,21 @@ use crate::observation::{InUnit, RadianceUnit};
 pub struct Sky {
     /// The zero point: [`Ab`](RadianceUnit::Ab), [`St`](RadianceUnit::St) or [`Vega`](RadianceUnit::Vega).
     pub system: RadianceUnit,
-    /// How bright it is.
+    /// Surface brightness.
     pub brightness: Brightness,
 }
 
-/// How bright a sky is, in magnitudes of a square arcsecond.
+/// Surface brightness of a sky, in magnitudes per square arcsecond.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Brightness {
-    /// It is dark.
+    /// No light.
     #[default]
     Dark,
-    /// In each passband, in order, or one for all.
+    /// One magnitude per passband in order, or one for all.
     Listed(Vec<f64>),
-    /// By the name of a passband; the nearest in wavelength holds for others.
+    /// Magnitudes by passband name; other passbands use the nearest in wavelength.
     ByName(&'static [(&'static str, f64)]),
-    /// That of zodiacal light at V, which is as bright as its spectrum says in other passbands.
+    /// Zodiacal light: its magnitude at V, scaled to other passbands by its spectrum.
     Zodiacal(f64),
 }
 
@@ -109,7 +109,7 @@ impl Sky {
     }
 }
 
-/// The magnitude by name, or of the named passband that is nearest in wavelength.
+/// Magnitude of the passband with this name, or of the nearest in wavelength.
 fn nearest(named: &[(&str, f64)], band: &Passband) -> f64 {
     let apart = |name: &str| match Passband::named(name) {
         _ if name == band.name() => -1.0,

@@ -108,7 +108,7 @@ impl Film<'_> {
         }))
     }
 
-    /// Shows each star at some of the frames and one frame later.
+    /// Calls `show` with each star at sampled frames and one frame later.
     fn frame_by_frame(&self, loader: &Loader, mut show: impl FnMut(&Star, &Star)) -> Result<()> {
         let frames = &self.timeline.frames;
         let (looks, step) = (frames.count.clamp(1, LOOKS), 1.0 / frames.per_second);
@@ -130,7 +130,7 @@ impl Film<'_> {
     }
 }
 
-/// By how much the light of a star changes at a wavelength \[µm\], as a natural logarithm.
+/// Change of a star's spectrum at a wavelength \[µm\], |ln(after/before)|.
 fn changed(before: &Star, after: &Star, lambda_um: f64) -> f64 {
     let [before, after] = [before, after].map(|star| star.spectrum.continuum(lambda_um));
     if before > 0.0 { (after / before).ln().abs() } else { 0.0 }

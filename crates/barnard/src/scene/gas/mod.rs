@@ -32,13 +32,13 @@ struct Abundances {
 }
 
 const ABUNDANCES: &[Abundances] = &[
-    // Baldwin et al. 1991, ApJ 374, 580; Rubin et al. 1991, ApJ 374, 564; Osterbrock, Tran & Veilleux 1992, ApJ 389, 305: of the gas,
-    // most magnesium and silicon being in grains.
+    // Baldwin et al. 1991, ApJ 374, 580; Rubin et al. 1991, ApJ 374, 564; Osterbrock, Tran & Veilleux 1992, ApJ 389, 305. Gas phase:
+    // most magnesium and silicon is in grains.
     Abundances { name: "orion", values: [1.0, 0.095, 3.0e-4, 7.0e-5, 4.0e-4, 6.0e-5, 3.0e-6, 4.0e-6, 1.0e-5] },
-    // Asplund et al. 2009, ARA&A 47, 481: of the Sun, nothing being in grains.
+    // Asplund et al. 2009, ARA&A 47, 481. Solar photosphere, without depletion.
     Abundances { name: "solar", values: [1.0, 0.0851, 2.69e-4, 6.76e-5, 4.90e-4, 8.51e-5, 3.98e-5, 3.24e-5, 1.32e-5] },
-    // Russell & Dopita 1992, ApJ 384, 508: 10.94, 8.04, 7.14, 8.35, 7.61 and 6.70 as 12 + lg N/H; all magnesium
-    // and silicon are taken to be in grains.
+    // Russell & Dopita 1992, ApJ 384, 508: 10.94, 8.04, 7.14, 8.35, 7.61 and 6.70 as 12 + lg N/H; magnesium
+    // and silicon are assumed to be in grains.
     Abundances { name: "lmc", values: [1.0, 0.0871, 1.10e-4, 1.38e-5, 2.24e-4, 4.07e-5, 0.0, 0.0, 5.01e-6] },
     // The benchmark of Lexington.
     Abundances { name: "hii40", values: BENCHMARKS[0].gas.abundances },
