@@ -1,12 +1,12 @@
 //! Gas of a film: solved at some of its moments, and a smooth curve between them.
 //!
-//! Fronts lie on voxels and jump from one to the next while a star moves by a part of one, so that gas solved for each frame flickers. It is
-//! solved at moments t_k = k Δt between which no star moves by more than a voxel or changes by more than [`DIMMED`] of its light, and has of
-//! the three nearest, with s = t/Δt − k from −½ to ½,
+//! Ionisation fronts are resolved to voxels, so that gas solved for each frame flickers. A film has knots t_k = k Δt at least [`SMOOTH`] frames
+//! apart. The gas G_k of a knot is the mean of solutions at moments within Δt/2 of it, between which no star moves by more than a voxel or
+//! changes by more than [`DIMMED`] of its light. With s = t/Δt − k from −½ to ½, a frame has
 //!
 //!   G(t) = ½ (½ − s)² G_(k−1) + (¾ − s²) G_k + ½ (½ + s)² G_(k+1)
 //!
-//! (the uniform quadratic B-spline): lines grow and fade without a jump in value or pace, and films of slow stars need fewer solutions.
+//! (the uniform quadratic B-spline): lines change without a jump in value or slope, and films of slow stars need fewer solutions.
 
 use spectra::constants::{PARSEC, SPEED_OF_LIGHT};
 use spectra::units::{Length, Time};
@@ -27,8 +27,10 @@ pub struct Film<'a> {
     pub time: f64,
 }
 
-/// Stars at the three nearest moments at which gas is solved, and what the film has of each \[1\].
-pub(super) type Nearest = [(Vec<Star>, f64); 3];
+/// A knot: the stars at each moment at which gas is solved for it.
+pub(super) type Knot = Vec<Vec<Star>>;
+/// The three nearest knots and their weights \[1\].
+pub(super) type Nearest = [(Knot, f64); 3];
 
 /// By how much the light of a star may change between solutions, as a natural logarithm.
 const DIMMED: f64 = 0.1;
@@ -36,6 +38,8 @@ const DIMMED: f64 = 0.1;
 const IONISING_UM: f64 = 0.08;
 /// Where the light of a star is compared that dust scatters \[µm\].
 const VISIBLE_UM: f64 = 0.55;
+/// Least frames between knots. Differences between solutions are noise of the voxels, which grows with their number.
+const SMOOTH: f64 = 5.0;
 /// Most frames between solutions, and most frames that are looked at.
 const MOST_FRAMES: f64 = 16.0;
 const LOOKS: u64 = 48;
@@ -60,17 +64,18 @@ impl Film<'_> {
                 *self.timeline.solved_every.get_or_init(|| frames)
             }
         };
-        let step = frames / self.timeline.frames.per_second;
-        if frames <= 1.0 {
-            return Ok(None);
-        }
+        let apart = frames.max(SMOOTH);
+        let (step, solutions) = (apart / self.timeline.frames.per_second, (apart / frames).ceil());
         let nearest = (self.time / step).round();
         let s = self.time / step - nearest;
-        let stars = |number: f64| self.stars((number * step).max(0.0), loader);
+        let knot = |number: f64| -> Result<Knot> {
+            let place = |solution: usize| number + (solution as f64 + 0.5) / solutions - 0.5;
+            (0..solutions as usize).map(|solution| self.stars((place(solution) * step).max(0.0), loader)).collect()
+        };
         Ok(Some([
-            (stars(nearest - 1.0)?, 0.5 * (0.5 - s).powi(2)),
-            (stars(nearest)?, 0.75 - s * s),
-            (stars(nearest + 1.0)?, 0.5 * (0.5 + s).powi(2)),
+            (knot(nearest - 1.0)?, 0.5 * (0.5 - s).powi(2)),
+            (knot(nearest)?, 0.75 - s * s),
+            (knot(nearest + 1.0)?, 0.5 * (0.5 + s).powi(2)),
         ]))
     }
 

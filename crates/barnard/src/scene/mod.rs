@@ -323,20 +323,24 @@ impl Scene {
         }
         let mut ionised = None;
         if let Some(gas) = root.table("gas")? {
-            let solved = |stars: &[Star]| {
-                let said =
-                    format!("{gas} {stars} through {bands}", gas = gas.said(), stars = star::said(stars), bands = band::said(&bands));
-                loader.gas(&format!("{said} of {}", fields.said()), || gas::build(&gas, loader, &fields, stars, &bands))
+            // The mean over the stars of several moments.
+            let solved = |moments: &[&[Star]]| {
+                let stars: String = moments.iter().map(|stars| star::said(stars)).collect();
+                let said = format!("{gas} {stars} through {bands}", gas = gas.said(), bands = band::said(&bands));
+                loader.gas(&format!("{said} of {}", fields.said()), || {
+                    gas::mean(moments, |stars| gas::build(&gas, loader, &fields, stars, &bands))
+                })
             };
             let nearest = match film.as_ref().filter(|_| !loader.is_rough) {
                 Some(film) => film.around(&gas, &fields, loader)?,
                 None => None,
             };
             let made = match nearest {
-                None => solved(&stars)?,
+                None => solved(&[&stars])?,
                 Some([(before, first), (own, second), (after, third)]) => {
-                    let earlier = solved(&before)?.mixed(&*solved(&own)?, second / (first + second));
-                    Arc::new(earlier.mixed(&*solved(&after)?, third))
+                    let of = |knot: &film::Knot| solved(&knot.iter().map(Vec::as_slice).collect::<Vec<_>>());
+                    let earlier = of(&before)?.mixed(&*of(&own)?, second / (first + second));
+                    Arc::new(earlier.mixed(&*of(&after)?, third))
                 }
             };
             for species in made.species.iter().cloned() {

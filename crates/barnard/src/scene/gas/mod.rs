@@ -19,7 +19,7 @@ pub use cloud::{GasCloud, IonisingStar};
 pub use ionised::IonisedGas;
 use species::Species;
 
-use super::{Fields, Loader, Star, emission, motion};
+use super::{Fields, Loader, Star, emission, motion, star};
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
@@ -154,6 +154,22 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
     let (escaped, passes, change, by) = (found.escaped, found.passes, found.change, found.by);
     Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: loader.is_rough, species: glow })
+}
+
+/// Mean of the gas over the stars of several moments. Equal stars in a row are solved once.
+pub(super) fn mean(moments: &[&[Star]], build: impl Fn(&[Star]) -> Result<IonisedGas>) -> Result<IonisedGas> {
+    let mut latest = build(moments[0])?;
+    if moments.len() == 1 {
+        return Ok(latest);
+    }
+    let mut mean = latest.mixed(&latest, 0.0);
+    for (number, pair) in moments.windows(2).enumerate() {
+        if star::said(pair[0]) != star::said(pair[1]) {
+            latest = build(pair[1])?;
+        }
+        mean = mean.mixed(&latest, 1.0 / (number as f64 + 2.0));
+    }
+    Ok(mean)
 }
 
 /// The edge of a voxel of the gas of a table \[pc\].
