@@ -162,7 +162,7 @@ fn gas_of_films_is_a_curve_of_moments() {
         let species = scene.emission.iter().find(|species| species.name == "Ba3-2").unwrap();
         species.density.grid().unwrap().values().into_owned()
     };
-    let solved = |knot: f64, place: f64| glow(&scene("", (0.55 * (knot + place)).max(0.0), 0.0));
+    let solved = |knot: f64, place: f64| glow(&scene("", (0.55 * (knot + place)).clamp(0.0, 1.76), 0.0));
     let knot = |k: i32| -> Vec<f32> {
         let [before, after] = [-0.25, 0.25].map(|place| solved(f64::from(k), place));
         before.iter().zip(&after).map(|(a, b)| 0.5 * (a + b)).collect()
