@@ -164,7 +164,7 @@ def test_a_thin_nebula_has_the_flux_of_its_volume():
 def test_a_point_in_the_middle_keeps_all_of_its_light(tmp_path):
     path = tmp_path / "one.csv"
     path.write_text("ra,dec,mag\n274.7,-13.8167,10\n")
-    scene = sky(path, size=399, field="0.1 deg")
+    scene = sky(path, size=801, field="0.2 deg")
     scene.bands = ["johnson-V"]
     image = scene.render()
     spreads = [
