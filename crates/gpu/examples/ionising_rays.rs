@@ -7,6 +7,7 @@ use std::time::Instant;
 use barnard_gpu::{Gpu, IonisingRays};
 use glam::DVec3;
 use ionisation::balance::{Gas, State};
+use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 use ionisation::processor::Processor;
@@ -22,7 +23,7 @@ fn main() {
         (100.0 * (1.0 + 0.8 * (2.1 * p.x).sin() * (1.7 * p.y).cos() * (1.3 * p.z + 0.4).sin())) as f32
     };
     let hydrogen: Vec<f32> = (0..edge.pow(3)).map(density).collect();
-    let abundances = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 0.0, 0.0, 9e-6];
+    let abundances = BENCHMARKS[0].gas.abundances;
     let (low, voxel) = (DVec3::splat(-half), DVec3::splat(voxel));
     let cloud = Cloud { dims: [edge; 3], low, voxel, hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
     let light = IonisingLight::blackbody(40_000.0, 4.26e49 / count as f64);

@@ -8,6 +8,7 @@ use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan, Stepping};
 use glam::DVec3;
 use ionisation::balance::{Gas, State};
+use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 use ionisation::tracer::RayTracer;
@@ -172,7 +173,7 @@ fn the_processor_sweeps_what_a_device_cannot() {
 fn the_processor_traces_what_a_device_cannot() {
     let (lost, hydrogen, light) = (device(), vec![200.0; 24 * 24 * 24], IonisingLight::blackbody(40_000.0, 2e47));
     let (low, voxel) = (DVec3::splat(-1.2), DVec3::splat(0.1));
-    let abundances = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 0.0, 0.0, 9e-6];
+    let abundances = BENCHMARKS[0].gas.abundances;
     let cloud = Cloud { dims: [24; 3], low, voxel, hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
     let stars = [0.31, -0.42].map(|x| Star { place: DVec3::new(x, 0.02, 0.03), light: &light });
     let electrons = |_: &Gas, state: &State| state.electrons;

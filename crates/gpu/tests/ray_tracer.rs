@@ -7,6 +7,7 @@ use barnard_gpu::{Gpu, IonisingRays};
 use glam::DVec3;
 use ionisation::atoms::BOLTZMANN_EV;
 use ionisation::balance::{Gas, State};
+use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::{IonisingLight, NODES, OWN_NODES, Photons};
 use ionisation::processor::Processor;
@@ -29,7 +30,7 @@ fn density() -> Vec<f32> {
 fn cloud(hydrogen: &[f32]) -> Cloud<'_> {
     let voxel = DVec3::new(0.1, 0.13, 0.08);
     let low = -0.5 * voxel * DVec3::from(DIMS.map(|n| n as f64));
-    Cloud { dims: DIMS, low, voxel, hydrogen, abundances: [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 0.0, 0.0, 9e-6], dust_cm2: 5e-22 }
+    Cloud { dims: DIMS, low, voxel, hydrogen, abundances: BENCHMARKS[0].gas.abundances, dust_cm2: 5e-22 }
 }
 
 /// Light of black bodies with so many photons.

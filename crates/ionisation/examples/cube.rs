@@ -4,6 +4,7 @@
 
 use glam::DVec3;
 use ionisation::balance::{Gas, State};
+use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 
@@ -18,7 +19,7 @@ fn main() {
             (100.0 * (1.0 + 0.8 * (2.1 * p.x).sin() * (1.7 * p.y).cos() * (1.3 * p.z + 0.4).sin())) as f32
         })
         .collect();
-    let abundances = [1.0, 0.1, 2.2e-4, 4e-5, 3.3e-4, 5e-5, 0.0, 0.0, 9e-6];
+    let abundances = BENCHMARKS[0].gas.abundances;
     let cloud =
         Cloud { dims: [edge; 3], low: DVec3::splat(-half), voxel: DVec3::splat(voxel), hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
     let light = IonisingLight::blackbody(40_000.0, 4.26e49 / count as f64);

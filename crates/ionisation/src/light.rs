@@ -18,9 +18,9 @@ use spectra::quadrature::gauss_of_measure;
 
 use crate::atoms::{Atoms, BOLTZMANN_EV, ELEMENTS, Element, HYDROGEN_EV, STAGES, STRIPPED_EV, TRIPLET_EV, TWO_PHOTON_EV};
 
-/// Where bands of nodes begin and end \[eV\], and how many nodes they have: what ionises neutral carbon, magnesium,
-/// silicon and sulphur, hydrogen, neon as well, helium, and He⁺. Within a few tenths of an electronvolt of where light of hydrogen's band ends
-/// stand thresholds of Ne⁰ and S⁺: a short band leaves little to interpolate there.
+/// Bands of nodes: lower and upper energy \[eV\] and number of nodes. They start at the thresholds of Mg⁰ (the lowest, below those
+/// of Si⁰, S⁰ and C⁰), H⁰, Ne⁰, He⁰ and He⁺. The thresholds of Ne⁰ and S⁺ are close to the end of hydrogen's bands: a short band
+/// leaves little to interpolate there.
 const BANDS: [(f64, f64, usize); 6] =
     [(7.64, 13.6, 2), (13.6, 18.0, 3), (18.0, 21.56, 2), (21.56, 24.59, 2), (24.59, 54.42, 6), (54.42, 500.0, 6)];
 /// Photons of a band, in parts of all, with which it is left out \[1\].

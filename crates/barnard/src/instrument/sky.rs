@@ -73,12 +73,12 @@ impl Sky {
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        let said = match &self.brightness {
+        let magnitudes = match &self.brightness {
             Brightness::Listed(magnitudes) => &magnitudes[..],
             Brightness::Zodiacal(magnitude) => std::slice::from_ref(magnitude),
             Brightness::Dark | Brightness::ByName(_) => &[],
         };
-        match said.iter().find(|m| !RANGE.contains(*m)) {
+        match magnitudes.iter().find(|m| !RANGE.contains(*m)) {
             Some(wrong) => Err(Error::value("sky of an instrument", wrong, "a magnitude of a square arcsecond, from -30 to 40")),
             None => Ok(()),
         }
@@ -97,8 +97,8 @@ impl Sky {
                 [all] => all,
                 _ if magnitudes.len() == count => magnitudes[number],
                 _ => {
-                    let said = format!("{} magnitudes for {count} passbands", magnitudes.len());
-                    return Err(Error::value("sky of an instrument", said, "one magnitude for all passbands, or one for each"));
+                    let found = format!("{} magnitudes for {count} passbands", magnitudes.len());
+                    return Err(Error::value("sky of an instrument", found, "one magnitude for all passbands, or one for each"));
                 }
             },
         };

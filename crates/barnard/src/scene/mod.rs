@@ -326,8 +326,8 @@ impl Scene {
             // The mean over the stars of several moments.
             let solved = |moments: &[&[Star]]| {
                 let stars: String = moments.iter().map(|stars| star::said(stars)).collect();
-                let said = format!("{gas} {stars} through {bands}", gas = gas.said(), bands = band::said(&bands));
-                loader.gas(&format!("{said} of {}", fields.said()), || {
+                let key = format!("{gas} {stars} through {bands}", gas = gas.said(), bands = band::said(&bands));
+                loader.gas(&format!("{key} of {}", fields.said()), || {
                     gas::mean(moments, |stars| gas::build(&gas, loader, &fields, stars, &bands))
                 })
             };
@@ -338,9 +338,9 @@ impl Scene {
             let made = match nearest {
                 None => solved(&[&stars])?,
                 Some([(before, first), (own, second), (after, third)]) => {
-                    let of = |knot: &film::Knot| solved(&knot.iter().map(Vec::as_slice).collect::<Vec<_>>());
-                    let earlier = of(&before)?.mixed(&*of(&own)?, second / (first + second));
-                    Arc::new(earlier.mixed(&*of(&after)?, third))
+                    let solve = |knot: &film::Knot| solved(&knot.iter().map(Vec::as_slice).collect::<Vec<_>>());
+                    let earlier = solve(&before)?.mixed(&*solve(&own)?, second / (first + second));
+                    Arc::new(earlier.mixed(&*solve(&after)?, third))
                 }
             };
             for species in made.species.iter().cloned() {

@@ -35,7 +35,7 @@ struct Ray {
 // then by level of patches tangents of half of its half width and of that divided by √3, and the half width.
 @group(0) @binding(2) var<storage, read> spectrum: array<vec4f>;
 // Of each voxel: opacity by node [cm⁻¹]; photons that it makes [cm⁻³ s⁻¹], opacity of dust, Γ [s⁻¹], the part of light that it
-// absorbs, the depth that does so, the part of its hydrogen that is ionised, nuclei of that [cm⁻³]; the last of the photons.
+// absorbs, the depth that does so, the part of its hydrogen that is ionised, nuclei of that [cm⁻³], the sixth number of photons.
 @group(0) @binding(3) var<storage, read> voxels: array<vec4f>;
 // Γ by the light of all other stars [s⁻¹].
 @group(0) @binding(4) var<storage, read_write> others: array<f32>;

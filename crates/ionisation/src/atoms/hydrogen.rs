@@ -55,7 +55,7 @@ impl Hydrogen {
         z * self.of(Column::CoolingToExcited, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
     }
 
-    /// The same of recombination to the ground level.
+    /// Kinetic energy loss by recombination to the ground level of a nucleus of charge `z`, per electron and nucleus \[erg cm³ s⁻¹\].
     pub fn to_ground_cooling(&self, temperature: f64, z: f64) -> f64 {
         z * self.of(Column::CoolingToGround, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
     }

@@ -17,7 +17,7 @@ const ESCAPED: f64 = 0.005;
 const UNSETTLED: f64 = 1e-4;
 
 /// What the stars make of a `[gas]` table.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct IonisedGas {
     /// The gas, and the stars that ionise it.
     pub cloud: GasCloud,
@@ -62,7 +62,7 @@ impl IonisedGas {
         for (name, density, spectrum) in later.species.iter().filter(|other| self.species.iter().all(|own| own.0 != other.0)) {
             add(name, spectrum, scaled(density, part));
         }
-        Self { species, cloud: self.cloud.clone(), escaped: self.escaped.clone(), by: self.by.clone(), ..*self }
+        Self { species, ..self.clone() }
     }
 
     /// What is to be known of it, in sentences.

@@ -159,10 +159,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
 /// Mean of the gas over the stars of several moments. Equal stars in a row are solved once.
 pub(super) fn mean(moments: &[&[Star]], build: impl Fn(&[Star]) -> Result<IonisedGas>) -> Result<IonisedGas> {
     let mut latest = build(moments[0])?;
-    if moments.len() == 1 {
-        return Ok(latest);
-    }
-    let mut mean = latest.mixed(&latest, 0.0);
+    let mut mean = latest.clone();
     for (number, pair) in moments.windows(2).enumerate() {
         if star::said(pair[0]) != star::said(pair[1]) {
             latest = build(pair[1])?;
@@ -219,17 +216,16 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
 /// The abundances by name, or as a list.
 fn abundances(section: &Section) -> Result<[f64; ELEMENTS]> {
     if let Ok(Some(values)) = section.numbers("abundances") {
-        let (helium, carbon, nitrogen, oxygen, neon, [magnesium, silicon], sulphur) = match values[..] {
-            [helium, carbon, nitrogen, oxygen, neon, sulphur] => (helium, carbon, nitrogen, oxygen, neon, [0.0; 2], sulphur),
-            [helium, carbon, nitrogen, oxygen, neon, magnesium, silicon, sulphur] => {
-                (helium, carbon, nitrogen, oxygen, neon, [magnesium, silicon], sulphur)
-            }
-            _ => {
+        let heavier: [f64; ELEMENTS - 1] = match values[..] {
+            [helium, carbon, nitrogen, oxygen, neon, sulphur] => [helium, carbon, nitrogen, oxygen, neon, 0.0, 0.0, sulphur],
+            _ => values.try_into().map_err(|_| {
                 let message = "eight numbers: He, C, N, O, Ne, Mg, Si and S for one nucleus of hydrogen, or six without Mg and Si";
-                return Err(section.error("abundances", message));
-            }
+                section.error("abundances", message)
+            })?,
         };
-        return Ok([1.0, helium, carbon, nitrogen, oxygen, neon, magnesium, silicon, sulphur]);
+        let mut abundances = [1.0; ELEMENTS];
+        abundances[1..].copy_from_slice(&heavier);
+        return Ok(abundances);
     }
     let names: Vec<&'static str> = ABUNDANCES.iter().map(|row| row.name).collect();
     let name = section.choice("abundances", &names)?.unwrap_or(ABUNDANCES[0].name);
