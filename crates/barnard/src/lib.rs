@@ -4,13 +4,7 @@
 //! [`Image`], band radiances in W m⁻² sr⁻¹ with a stated error.
 //!
 //! ```
-//! use barnard::field::Grid;
-//! use barnard::geometry::Bounds;
-//! use barnard::glam::{DVec3, dvec3};
-//! use barnard::phase::HenyeyGreenstein;
-//! use barnard::scene::{Dust, Scale, Scene, Star};
-//! use barnard::spectra::{extinction::Extinction, passband, units::{Luminosity, Temperature}};
-//! use barnard::{Camera, Options};
+//! use barnard::prelude::*;
 //! use barnard_files::SaveImage;
 //!
 //! # let data: Vec<f32> = (0..64 * 64 * 64).map(|i| ((i % 64) as f32 * 0.2).sin().powi(2)).collect();
@@ -43,52 +37,25 @@
 //! | [`detail`] | what densities have below their voxels |
 //! | [`properties`], [`data`] | the neutral tree that scenes are read from, and what it names |
 
-pub mod animation;
 pub mod backend;
-pub mod blocks;
-pub mod camera;
-pub mod composite;
-pub mod control;
-mod curve;
-pub mod data;
-pub mod detail;
-pub mod error;
-pub mod field;
-mod fourier;
-pub mod geometry;
-pub mod image;
-pub mod instrument;
-pub mod keywords;
-pub mod light;
-pub mod memory;
-pub mod observation;
 #[doc(hidden)]
 pub mod packet;
-pub mod phase;
-mod place;
 pub mod plan;
 pub mod plates;
-pub mod points;
-pub mod properties;
-pub mod random;
+pub mod prelude;
 mod render;
-pub mod scene;
 pub mod sequence;
-pub mod star_catalogue;
-pub mod star_field;
 mod stats;
-pub mod stored;
-#[cfg(test)]
-mod test_scenes;
 pub mod volume;
 
-pub use camera::Camera;
-pub use control::Control;
-pub use error::{Error, Result};
-pub use glam;
-pub use image::Image;
+pub use barnard_scene::{
+    Camera, Control, Error, Image, Result, Scene, animation, blocks, camera, composite, control, data, detail, error, field, geometry,
+    glam, image, instrument, keywords, light, memory, observation, phase, points, properties, random, scene, spectra, star_catalogue,
+    star_field, stored,
+};
 pub use plan::{Options, Plan};
 pub use plates::Plates;
 pub use render::{render, render_with};
-pub use scene::Scene;
-pub use spectra;
+
+#[cfg(test)]
+use barnard_scene::fixtures;

@@ -58,6 +58,7 @@ fn error(many: &[f64], once: &[f64], (mean, chance): &(Vec<f64>, Vec<f64>)) -> f
 /// Two bounces and all of them, even and forward scattering, light of a star, of gas and of a background: within 5 % of
 /// the path tracer; the light of more or fewer bounces, and that of another phase function, is not.
 #[test]
+#[ignore = "long"]
 fn many_bounces_are_those_of_the_path_tracer() {
     for (g, bounces, samples) in [(0.0, 2, 200), (0.0, MANY_BOUNCES, 300), (0.7, MANY_BOUNCES, 600)] {
         let scene =
@@ -150,6 +151,7 @@ fn fields_are_kept() {
 /// Twelve terms of three passbands, more than are solved side by side, are those of each passband by itself; another
 /// passband's are not.
 #[test]
+#[ignore = "long"]
 fn passbands_do_not_mix() {
     let picture = |bands: &str| {
         let camera = CAMERA.replace("\"johnson-V\"", bands);

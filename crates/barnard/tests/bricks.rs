@@ -103,6 +103,7 @@ const CAMERAS: [&str; 4] = [
 
 /// Four kinds of view, and all rules whose terms are exponentials: N bricks are one to 1e-6 of the peak.
 #[test]
+#[ignore = "long"]
 fn bricks_make_the_picture_of_one() {
     for (camera, method) in
         CAMERAS.into_iter().zip(["", "name = \"common_nodes\"", "name = \"band_quadrature\"", "steps = 60\nvolumes = \"half\""])

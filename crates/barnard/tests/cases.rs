@@ -36,6 +36,7 @@ fn reference_is_within_1e_4_of_every_case() {
 /// The referee's picture of one bounce differs by chance alone: ((mean − answer)/error)² is 1 in the mean of thousands
 /// of pixels, and the sum over them is within three and a half standard errors. A tenth more dust is seen.
 #[test]
+#[ignore = "long"]
 fn the_referee_is_within_chance_of_every_case() {
     use barnard::backend::path;
     let deviations = |folder: &std::path::Path, factor: f64| -> Vec<(f64, f64)> {

@@ -55,6 +55,7 @@ fn on_cpu(scene: &Scene, stepping: Option<Stepping>) -> Vec<f64> {
 /// Lit from beside and from within, the processor finds what the adaptive reference does, with fine steps closely, with its own still far more closely than
 /// detail changes the picture; seeds matter.
 #[test]
+#[ignore = "long"]
 fn detail_is_that_of_the_reference() {
     let inside = dvec3(0.2, 0.12, 0.1);
     for (depth, plain) in [(0.3, scene(0.3)), (3.0, scene(3.0)), (1.0, lit_from(1.0, inside))] {
@@ -74,6 +75,7 @@ fn detail_is_that_of_the_reference() {
 
 /// The path tracer, which takes chances of its own, finds the same within them.
 #[test]
+#[ignore = "long"]
 fn detail_is_that_of_paths() {
     let mut scene = scene(1.5).detail(detail());
     scene.camera = scene.camera.size(6, 4);

@@ -93,6 +93,7 @@ fn layers_add_up_to_the_picture() {
 
 /// The reference adds up too; light that scatters again is scattered light; wavelengths that bands share are no matter.
 #[test]
+#[ignore = "long"]
 fn every_way_adds_up() {
     let mut small = scene();
     small.camera = small.camera.size(3, 2);
@@ -151,6 +152,7 @@ fn scene_without_gas() -> Scene {
 
 /// Both eyes and moments have layers of their own; a path tracer has none of light, and says so.
 #[test]
+#[ignore = "long"]
 fn layers_go_where_pictures_go() {
     let mut stereo = scene();
     stereo.camera = stereo.camera.size(20, 14);

@@ -29,6 +29,7 @@ fn made() -> Scene {
 
 /// Parts of an image by the plan of the whole are the whole: dust, stars of the scene and of the field across the seams.
 #[test]
+#[ignore = "long"]
 fn parts_of_an_image_make_the_whole() {
     let field = StarField { density_per_sr: 3e4, ..StarField::default() };
     let mut scene = made().background(Background { star_field: Some(field), ..Background::default() });
@@ -159,6 +160,7 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
 
 /// A back end that has rendered one scene renders the next as a new one does.
 #[test]
+#[ignore = "long"]
 fn back_ends_begin_anew_with_another_scene() {
     let (options, control) = (Options::default(), Control::default());
     let mut one = made();

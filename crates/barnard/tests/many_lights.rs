@@ -143,6 +143,7 @@ fn a_field_of_many_lights_keeps_to_its_memory() {
 /// A plan that is renewed has the bits of one that is new: seen from elsewhere, with a star of another colour, with one
 /// that moved, with more dust. Light that was scattered before is solved again only where something else shines.
 #[test]
+#[ignore = "long"]
 fn what_did_not_change_is_not_baked_again() {
     // The same loader: densities that are read again are the same.
     let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);

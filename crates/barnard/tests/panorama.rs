@@ -42,6 +42,7 @@ fn along(own: &Camera, column: usize, row: usize) -> Camera {
 
 /// Each pixel is what an eye sees that looks its way; beside the circle of a dome all back ends leave black.
 #[test]
+#[ignore = "long"]
 fn pixels_are_what_is_seen_their_way() {
     let scene = scene();
     let control = Control::default();

@@ -164,6 +164,7 @@ fn compare(plates: &Plates, scene: &Scene, before: &mut Option<Plan>) -> (f64, f
 /// Four hundred changes of all spectra, luminosities, albedo and passbands together are within the error that is stated, which is small;
 /// with a plate of another light they are not.
 #[test]
+#[ignore = "long"]
 fn pictures_are_fresh_renders() {
     let cloud = Cloud::new(1.2, HenyeyGreenstein::new(0.6).unwrap(), 1);
     let (plates, mut plan) = (cloud.plates(), None);
@@ -222,6 +223,7 @@ fn errors_of_pixels_are_small() {
 
 /// Grains whose phase function changes with wavelength.
 #[test]
+#[ignore = "long"]
 fn phase_functions_may_have_colours() {
     let grains = Extinction::named("draine03_rv31").unwrap().grains().unwrap();
     let cloud = Cloud::new(1.2, Draine::new(grains.mean_cosine, 1.0).unwrap(), 1);
@@ -234,6 +236,7 @@ fn phase_functions_may_have_colours() {
 
 /// Light that scatters many times: fields of single lights are solved apart, and their sum is that of all within what is stated of it.
 #[test]
+#[ignore = "long"]
 fn many_bounces_are_kept() {
     let cloud = Cloud::new(3.0, HenyeyGreenstein::new(0.3).unwrap(), 20);
     let (plates, mut plan) = (cloud.plates(), None);

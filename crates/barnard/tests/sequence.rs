@@ -83,6 +83,7 @@ fn followed(sequence: &Sequence, choices: &Choices, times: &[f64]) -> Image {
 /// A frame has the same bits whether others were rendered before it or not: with a camera that moves, with a star that moves
 /// and brightens, with dust that becomes more, with light of many scatterings.
 #[test]
+#[ignore = "long"]
 fn frames_do_not_depend_on_those_before() {
     let track = |of: &str, values: &str| format!("[[animation]]\nof = \"{of}\"\ntimes = [\"0 s\", \"2 s\"]\nvalues = {values}\n");
     let brighter = track("star[0].luminosity", "[\"900 Lsun\", \"90 Lsun\"]");

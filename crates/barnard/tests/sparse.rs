@@ -6,8 +6,7 @@ use barnard::glam::DVec3;
 use barnard::image::Image;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan, Stepping, sample_functions};
-use barnard::scene::Scene;
-use barnard::volume::Sparsity;
+use barnard::scene::{Scene, Sparsity};
 
 /// A few lumps in an empty box, stars among them and outside.
 fn scene(scale: f64, method: &str) -> Scene {
@@ -61,6 +60,7 @@ fn difference(a: &Image, b: &Image) -> f64 {
 }
 
 #[test]
+#[ignore = "long"]
 fn sparse_volumes_make_the_same_picture() {
     for (scale, method) in [
         (0.0, ""),

@@ -321,6 +321,7 @@ fn gltf(channels: &[Channel]) -> (String, Vec<u8>) {
 
 /// An animated camera of glTF, in the frame of a parent that turns, by all interpolations.
 #[test]
+#[cfg_attr(not(feature = "gltf"), ignore = "needs the feature gltf")]
 fn cameras_of_gltf() {
     let folder = tempfile::tempdir().unwrap();
     let read = |(json, bytes): (String, Vec<u8>)| {

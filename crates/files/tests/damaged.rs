@@ -149,6 +149,8 @@ fn fuzz(target: &str, corpus: &[(String, Vec<u8>)], names: &[&str]) {
 }
 
 #[test]
+#[ignore = "long"]
+#[cfg(feature = "hdf5")]
 fn hdf5() {
     let corpus: Vec<_> = corpus(include_bytes!("hdf5.zip"), "").into_iter().filter(|(name, _)| !name.ends_with(".zip")).collect();
     let names = [
@@ -171,6 +173,7 @@ fn hdf5() {
 }
 
 #[test]
+#[ignore = "long"]
 fn fits() {
     let mut files = corpus(include_bytes!("fits.zip"), ".fits");
     files.extend(corpus(include_bytes!("fits.zip"), ".fz"));
@@ -180,16 +183,19 @@ fn fits() {
 }
 
 #[test]
+#[ignore = "long"]
 fn vdb() {
     fuzz("vdb", &corpus(include_bytes!("vdb.zip"), ".vdb"), &["density", "a"]);
 }
 
 #[test]
+#[ignore = "long"]
 fn npy() {
     fuzz("npy", &corpus(include_bytes!("fits.zip"), ".npy"), &["a"]);
 }
 
 #[test]
+#[ignore = "long"]
 fn npz() {
     use std::io::Write;
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));

@@ -93,6 +93,7 @@ fn maps_are_cut_and_made_coarse() {
 
 /// A file that is another map, or none, is refused by its own words; one that is not there is said to be had where it is.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn other_files_are_refused() {
     let other = density("cube_ext.fits.gz", "preset = \"edenhofer24\"\narray = \"0\"").map(|_| ()).unwrap_err();
     assert!(other.contains("A0(550nm)/parsec") && other.contains("Zhang"), "{other}");

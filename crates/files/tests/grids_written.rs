@@ -71,6 +71,7 @@ fn npy(grid: &Grid) -> Vec<u8> {
 
 /// What cannot be written leaves nothing behind, and what was there before as it was.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn nothing_half_is_left() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("missing/lumps.fits");

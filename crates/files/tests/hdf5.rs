@@ -77,6 +77,7 @@ fn names(bytes: &[u8], group: &str) -> Vec<String> {
 /// Contiguous, compact and chunked datasets, whatever index finds their chunks, in old files, new ones and behind a user
 /// block; a fourth axis of one.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn every_layout_is_read() {
     let whole_array = expected(&all(), |at| eighths(at) / 8.0);
     for name in ["earliest.h5", "latest.h5", "behind.h5"] {
@@ -93,6 +94,7 @@ fn every_layout_is_read() {
 
 /// Floats of 2, 4 and 8 bytes and whole numbers of 1 to 8, of either byte order; single precision where that holds them.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn every_type_is_read() {
     let bytes = file("latest.h5");
     let datasets = names(&bytes, "types");
@@ -108,6 +110,7 @@ fn every_type_is_read() {
 
 /// Chunks packed by gzip, LZF and szip, shuffled, with checksums, as differences; those that no packer made smaller.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn every_packing_is_read() {
     for name in ["earliest.h5", "latest.h5"] {
         let bytes = file(name);
@@ -127,6 +130,7 @@ fn every_packing_is_read() {
 
 /// Chunks that nobody wrote have the value that the file says.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn what_was_never_written_is_filled() {
     for name in ["earliest.h5", "latest.h5"] {
         let bytes = file(name);
@@ -141,6 +145,7 @@ fn what_was_never_written_is_filled() {
 
 /// Numbers that netCDF's attributes say to be packed are what they stand for, and those that stand for none are blank.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn packed_numbers_are_what_they_stand_for() {
     for name in ["earliest.h5", "latest.h5"] {
         let bytes = file(name);
@@ -158,6 +163,7 @@ fn packed_numbers_are_what_they_stand_for() {
 
 /// What is read does not depend on how many threads read it.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn threads_make_no_difference() {
     let bytes = file("latest.h5");
     let of = |threads: usize| {
@@ -172,6 +178,7 @@ fn threads_make_no_difference() {
 
 /// What is read of a dataset is what was asked for: a part across chunks, and means of blocks.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn parts_are_read() {
     let bytes = file("latest.h5");
     for dataset in
@@ -193,6 +200,7 @@ fn parts_are_read() {
 /// Datasets are found by hard and soft links and in large groups; links that lead back, nowhere or out of the file do no
 /// harm.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn links_are_followed() {
     for name in ["earliest.h5", "latest.h5"] {
         let bytes = file(name);
@@ -208,6 +216,7 @@ fn links_are_followed() {
 
 /// What is no grid is refused by name, and what there is to choose from is said.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn what_is_no_grid_is_refused() {
     let bytes = file("latest.h5");
     for (dataset, reason) in [
@@ -246,6 +255,7 @@ fn axis(unit: &str, step: f64, first: f64) -> Option<Axis> {
 
 /// Units, names of axes and coordinates are read where h5py, xarray and yt write them.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn places_are_read() {
     let labels = frame("labels.h5", None);
     assert_eq!((labels.order, labels.unit.as_deref(), labels.axes), ("zyx", Some("cm^-3"), [None, None, None]));
@@ -277,6 +287,7 @@ fn parsecs(unit: &str) -> f64 {
 
 /// Files that end too early are refused; those with flipped bits give errors or numbers, and no panic.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn broken_files_are_refused() {
     for (name, datasets) in [
         ("labels.h5", &["/gas/n_H"][..]),

@@ -677,6 +677,7 @@ fn fits_tables_are_curves() {
 
 /// Classic netCDF is named with its remedy.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn classic_netcdf_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("classic.nc");

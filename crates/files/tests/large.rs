@@ -48,6 +48,7 @@ fn most(folder: &Path, name: &str, keys: &[(&str, Value)], limit: u64) -> usize 
 }
 
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn what_is_read_takes_its_own_memory() {
     let folder = tempfile::tempdir().unwrap();
     let whole = 4 * EDGE.pow(3) / MIB;

@@ -138,6 +138,7 @@ fn unpacked(archive: &[u8], name: &str) -> Vec<u8> {
 
 /// A box that a file says along x, y and z holds in the order in which its axes were taken, and is refused in another.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn boxes_by_letter_hold_in_their_order() {
     let bytes = unpacked(include_bytes!("hdf5.zip"), "edges.h5");
     let bounds = density("edges.h5", &bytes, "", DEFAULT_LIMIT).unwrap().bounds();
@@ -151,6 +152,7 @@ fn boxes_by_letter_hold_in_their_order() {
 /// One cloud is one field, to the last bit, whatever format it is read from: NumPy, FITS plain, in tiles and packed by
 /// gzip, HDF5 in half, single and double precision, of either byte order, in chunks and not.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn one_cloud_is_the_same_from_each_format() {
     let (fits, hdf5) = (&include_bytes!("fits.zip")[..], &include_bytes!("hdf5.zip")[..]);
     let mut npy = Vec::new();
@@ -201,6 +203,7 @@ fn picture(cloud: &Arc<dyn Field>) -> Vec<f64> {
 /// An array that is kept in blocks is the same field: every value, between voxels, along lines and in means, whichever
 /// way its axes run; and to the error that is stated where halves or bytes are asked for.
 #[test]
+#[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn blocks_are_the_array() {
     let latest = unpacked(include_bytes!("hdf5.zip"), "latest.h5");
     let tiles = unpacked(include_bytes!("fits.zip"), "f4_gzip_2.fits");

@@ -13,8 +13,8 @@ use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 use ionisation::tracer::RayTracer;
 
+use crate::fixtures::{plan_of, scene};
 use crate::test_device::device;
-use crate::test_scenes::{plan_of, scene};
 use crate::tuning::Tuning;
 use crate::{Auto, Gpu, GpuError, IonisingRays, OnDevice, Ordinates, Renderer};
 

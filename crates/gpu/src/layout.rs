@@ -193,8 +193,8 @@ fn lights(weights: &Weights) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::{parsed, plan_of, scene, text};
     use crate::resources::tuned;
-    use crate::test_scenes::{parsed, plan_of, scene, text};
     use crate::tuning::Tuning;
 
     /// What the tuning leaves out is left out of the tables: no brick is known to be empty, and no depth is deep enough

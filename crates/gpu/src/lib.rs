@@ -13,6 +13,8 @@ mod backend;
 mod bad_devices;
 mod device;
 mod error;
+#[cfg(test)]
+mod fixtures;
 mod forms;
 mod frame;
 mod layout;
@@ -31,8 +33,6 @@ mod tables;
 #[cfg(test)]
 #[path = "../tests/common/device.rs"]
 mod test_device;
-#[cfg(test)]
-mod test_scenes;
 mod textures;
 mod tuning;
 #[cfg(test)]

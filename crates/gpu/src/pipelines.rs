@@ -53,9 +53,9 @@ impl Pipelines {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::{plan_of, scene};
     use crate::layout::quads;
     use crate::test_device::device;
-    use crate::test_scenes::{plan_of, scene};
 
     /// Plans that come back find their pipelines, and no more than so many are kept.
     #[test]

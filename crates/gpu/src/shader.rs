@@ -67,6 +67,7 @@ fn bindings(shape: &Shape) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::{plan_of, scene};
     use crate::forms::FORMS;
     use crate::frame::Frame;
     use crate::layout::{Layout, quads};
@@ -75,7 +76,6 @@ mod tests {
     use crate::resolve::{self, DisplayLevels};
     use crate::shape::{FieldShape, PhaseKind, Sight};
     use crate::sweep::{PACK, PackNumbers, SWEEP, SweepNumbers, sweep_source};
-    use crate::test_scenes::{plan_of, scene};
 
     const WORKGROUP: (u32, u32) = (8, 8);
 
@@ -261,7 +261,8 @@ mod tests {
     fn module_of(twin: &str) -> (std::path::PathBuf, Vec<&str>) {
         let mut parts: std::collections::VecDeque<&str> = twin.split("::").collect();
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        let mut folder = root.join(parts.pop_front().unwrap()).join("src");
+        let package = parts.pop_front().unwrap();
+        let mut folder = root.join(package.strip_prefix("barnard_").unwrap_or(package)).join("src");
         let mut file = folder.join("lib.rs");
         while let Some(part) = parts.front() {
             let (own, inner) = (folder.join(format!("{part}.rs")), folder.join(part).join("mod.rs"));
@@ -292,7 +293,7 @@ mod tests {
         sources
     }
 
-    /// Whether a path such as `barnard::plan::near::pieces` leads to a function.
+    /// True if a path such as `barnard::plan::near::pieces` leads to a function.
     fn is_there(twin: &str) -> bool {
         let (file, rest) = module_of(twin);
         let has = |source: &str, name: &str| source.contains(&format!("fn {name}(")) || source.contains(&format!("fn {name}<"));

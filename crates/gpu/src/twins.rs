@@ -10,6 +10,7 @@ use spectra::quadrature::integrate;
 use spectra::rule::DepthSpan;
 
 use crate::Gpu;
+use crate::fixtures::{parsed, plan_of, scene, text};
 use crate::forms::FORMS;
 use crate::frame::{Pass, Patience, Rows, Strip};
 use crate::layout::{Layout, quads};
@@ -17,7 +18,6 @@ use crate::resources::{Volumes, constants};
 use crate::shader::source;
 use crate::shader_constants::Pauses;
 use crate::test_device::device;
-use crate::test_scenes::{parsed, plan_of, scene, text};
 
 /// Numbers in and out of a function.
 const ARGUMENTS: usize = 8;

@@ -1,6 +1,6 @@
 //! How long a cube of so many voxels along its edge takes, with so many stars: a clumpy cloud.
 //!
-//! `cargo run --release -p ionisation --example cube -- 128 8`
+//! `cargo run --release -p barnard-ionisation --example cube -- 128 8`
 
 use glam::DVec3;
 use ionisation::balance::{Gas, State};

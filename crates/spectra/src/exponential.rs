@@ -5,7 +5,7 @@
 
 use std::f64::consts::LOG2_E;
 
-use multiversion::multiversion;
+use crate::simd;
 
 /// The exponentials that are taken at once.
 const LANES: usize = 8;
@@ -31,20 +31,21 @@ const TAYLOR: [f64; 12] = [
     1.0 / 2.0,
 ];
 
-/// Σ mass e^(−depth k), in the unit of mass; `k` and `mass` have the same length.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-pub fn attenuated(k: &[f64], mass: &[f64], depth: f64) -> f64 {
-    let mut sums = [0.0; LANES];
-    let (k, last_k) = k.as_chunks::<LANES>();
-    let (mass, last_mass) = mass.as_chunks::<LANES>();
-    for (k, mass) in k.iter().zip(mass) {
-        add(k, mass, depth, &mut sums);
+simd! {
+    /// Σ mass e^(−depth k), in the unit of mass; `k` and `mass` have the same length.
+    pub fn attenuated(k: &[f64], mass: &[f64], depth: f64) -> f64 {
+        let mut sums = [0.0; LANES];
+        let (k, last_k) = k.as_chunks::<LANES>();
+        let (mass, last_mass) = mass.as_chunks::<LANES>();
+        for (k, mass) in k.iter().zip(mass) {
+            add(k, mass, depth, &mut sums);
+        }
+        let (mut k, mut mass) = ([0.0; LANES], [0.0; LANES]);
+        k[..last_k.len()].copy_from_slice(last_k);
+        mass[..last_mass.len()].copy_from_slice(last_mass);
+        add(&k, &mass, depth, &mut sums);
+        sums.iter().sum()
     }
-    let (mut k, mut mass) = ([0.0; LANES], [0.0; LANES]);
-    k[..last_k.len()].copy_from_slice(last_k);
-    mass[..last_mass.len()].copy_from_slice(last_mass);
-    add(&k, &mass, depth, &mut sums);
-    sums.iter().sum()
 }
 
 #[inline(always)]

@@ -25,6 +25,7 @@ pub mod propagation;
 pub mod quadrature;
 pub mod rule;
 pub mod sed;
+mod simd;
 pub mod spectrum;
 pub mod table;
 pub mod units;

@@ -7,32 +7,9 @@ use super::{Backend, Job, PartsBy, Radiance, RenderStats};
 use crate::backend::cpu;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::image::{Glare, Image, Layer, LayerChoice, LayerContent, Samples};
+use crate::image::{Image, Layer, LayerContent, Samples};
 use crate::light::Part;
-use crate::memory;
 use crate::scene::Scene;
-
-impl Scene {
-    /// The scene as it is rendered for files: without layers where no file has them.
-    ///
-    /// # Errors
-    /// Where its image with the layers, or its glare where a file shows colours, would take more than `memory_limit` bytes.
-    pub fn for_files(mut self, have_layers: bool, show_colours: bool, memory_limit: u64) -> Result<Self> {
-        if !have_layers {
-            self.output.layers = LayerChoice::default();
-        }
-        let (layers, bands) = (self.output.layers, self.bands.len());
-        let parts = if layers.light { Part::of(&self).len() } else { 0 };
-        let values = bands * (1 + parts) + 2 * usize::from(layers.depth) + 2 * usize::from(layers.tau);
-        let what = if layers.is_any() { "the image with its layers" } else { "the image" };
-        memory::check(what, self.image_bytes(values), memory_limit)?;
-        if show_colours && self.display.glare.is_some() {
-            let glare = Glare::bytes(self.camera.width, self.camera.height, bands);
-            memory::check("the picture with its glare", self.image_bytes(bands).saturating_add(glare), memory_limit)?;
-        }
-        Ok(self)
-    }
-}
 
 /// The picture of one eye with the layers that its scene's output asks for.
 pub(super) fn layered<B: Backend + ?Sized>(backend: &mut B, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {

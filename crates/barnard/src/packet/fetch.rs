@@ -4,12 +4,12 @@
 //! rows a sample, lerped in y and z as short vectors, then in x.
 
 use glam::DVec3;
-use multiversion::multiversion;
+use spectra::simd;
 use wide::f32x4;
 
 use crate::geometry::Ray;
-use crate::stored::{Half, Stored, Values, stored};
-use crate::volume::Volume;
+use crate::stored::{Half, Stored};
+use crate::volume::{Values, Volume, stored};
 
 use super::lane::{LANES, Lane, fma, lanes};
 use super::quads::{four, lerp};
@@ -61,10 +61,9 @@ impl<'a> Cursor<'a> {
     }
 
     /// Reads all channels at distance `t` of each ray into `out`.
-    #[inline(always)]
     pub fn read(&self, t: &Lane, out: &mut [Lane]) {
         match &self.volume.values {
-            Values::Single(data) => self.read_stored(data, t, out),
+            Values::Single(data) => read_singles(self, data, t, out),
             Values::Half(data) => read_halves(self, data, t, out),
         }
     }
@@ -179,13 +178,21 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Reads all channels of halves: beside the march, which reads singles in its own loop.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn read_halves(cursor: &Cursor, data: &[Half], t: &Lane, out: &mut [Lane]) {
-    cursor.read_stored(data, t, out);
-    for (values, unit) in out.iter_mut().zip(&cursor.volume.units) {
-        for lane in 0..LANES {
-            values[lane] *= unit;
+simd! {
+    /// Reads all channels of singles.
+    fn read_singles(cursor: &Cursor, data: &[f32], t: &Lane, out: &mut [Lane]) {
+        cursor.read_stored(data, t, out);
+    }
+}
+
+simd! {
+    /// Reads all channels of halves.
+    fn read_halves(cursor: &Cursor, data: &[Half], t: &Lane, out: &mut [Lane]) {
+        cursor.read_stored(data, t, out);
+        for (values, unit) in out.iter_mut().zip(&cursor.volume.units) {
+            for lane in 0..LANES {
+                values[lane] *= unit;
+            }
         }
     }
 }

@@ -143,9 +143,9 @@ mod tests {
     use super::*;
     use crate::detail::Detail;
     use crate::field::{Field, Grid};
+    use crate::fixtures::{dust, on_axis, scene, star};
     use crate::geometry::Bounds;
     use crate::random::Counter;
-    use crate::test_scenes::{dust, on_axis, scene, star};
 
     /// Frames of a film whose density changes are continued below their voxels by one roughness; planned one by one each has its own.
     #[test]

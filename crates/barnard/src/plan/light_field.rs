@@ -79,10 +79,10 @@ impl LightField {
             propagation.resolution(&response).iter().map(|r| r / spectra::constants::SPHERE).collect()
         };
         let resolution = scene.bands.iter().map(resolution).collect();
-        let voxels = Volume::zeroed(&dust.lattice, Vec::new()).lattice.cells() as u64;
+        let voxels = Volume::zeroed(dust.lattice(), Vec::new()).lattice.cells() as u64;
         let bytes = space.bytes() + 4 * voxels * propagation.channels() as u64;
         memory::check("star depths and the light field of propagation", bytes, settings.memory_limit)?;
-        let volumes = deposited(&propagation, space, &stars, &dust.lattice, control)?;
+        let volumes = deposited(&propagation, space, &stars, dust.lattice(), control)?;
         let isotropic_instead = spectral.phase.is_some();
         let depth = spectral.depth;
         let mut field = Self { propagation, volumes, resolution, isotropic_instead, lights: numbers, certificates: Vec::new(), depth };

@@ -97,9 +97,9 @@ mod tests {
     use spectra::spectrum::{Line, Spectrum};
     use spectra::units::Wavelength;
 
+    use crate::fixtures::{ball, dust, on_axis, scene, star};
     use crate::plan::Options;
     use crate::scene::{Background, Emission};
-    use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
     /// A power law of the wavelength, of so much at 550 nm.
     fn power_law(exponent: f64, level: f64) -> Spectrum {

@@ -1,7 +1,7 @@
 //! Pictures as sums of plates: the matrix from coordinates to bands, and the loop over pixels.
 
-use multiversion::multiversion;
 use rayon::prelude::*;
+use spectra::simd;
 
 use super::Plate;
 
@@ -29,27 +29,28 @@ pub(super) fn add(plates: &[Plate], shares: &[Vec<Share>], pixels: usize, pictur
     });
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn add_chunk(plate: &Plate, shares: &[Share], first: usize, bands: &mut [&mut [f32]]) {
-    let length = bands.first().map_or(0, |band| band.len());
-    let mut numbers = vec![[0.0f32; BLOCK]; plate.coordinates.len()];
-    for from in (0..length).step_by(BLOCK) {
-        let count = BLOCK.min(length - from);
-        let level = &plate.level[first + from..][..count];
-        for (stored, numbers) in plate.coordinates.iter().zip(&mut numbers) {
-            let stored = &stored[first + from..][..count];
-            numbers.iter_mut().zip(stored).for_each(|(number, q)| *number = f32::from(*q));
-        }
-        for (share, band) in shares.iter().zip(bands.iter_mut()) {
-            let mut light = [share.of_mean as f32; BLOCK];
-            for (factor, numbers) in share.of_coordinate.iter().map(|factor| *factor as f32).zip(&numbers) {
-                for (light, number) in light.iter_mut().zip(numbers) {
-                    *light = factor.mul_add(*number, *light);
-                }
+simd! {
+    fn add_chunk(plate: &Plate, shares: &[Share], first: usize, bands: &mut [&mut [f32]]) {
+        let length = bands.first().map_or(0, |band| band.len());
+        let mut numbers = vec![[0.0f32; BLOCK]; plate.coordinates.len()];
+        for from in (0..length).step_by(BLOCK) {
+            let count = BLOCK.min(length - from);
+            let level = &plate.level[first + from..][..count];
+            for (stored, numbers) in plate.coordinates.iter().zip(&mut numbers) {
+                let stored = &stored[first + from..][..count];
+                numbers.iter_mut().zip(stored).for_each(|(number, q)| *number = f32::from(*q));
             }
-            // No light is less than none: what stored numbers lose of a dark pixel could be more than it has.
-            for ((out, level), light) in band[from..][..count].iter_mut().zip(level).zip(&light) {
-                *out += level * light.max(0.0);
+            for (share, band) in shares.iter().zip(bands.iter_mut()) {
+                let mut light = [share.of_mean as f32; BLOCK];
+                for (factor, numbers) in share.of_coordinate.iter().map(|factor| *factor as f32).zip(&numbers) {
+                    for (light, number) in light.iter_mut().zip(numbers) {
+                        *light = factor.mul_add(*number, *light);
+                    }
+                }
+                // No light is less than none: what stored numbers lose of a dark pixel could be more than it has.
+                for ((out, level), light) in band[from..][..count].iter_mut().zip(level).zip(&light) {
+                    *out += level * light.max(0.0);
+                }
             }
         }
     }

@@ -24,10 +24,10 @@ pub struct Bricks {
 impl Bricks {
     /// The bricks of one grid.
     pub fn new(grid: &Grid) -> Self {
-        let dims = grid.lattice.dims;
+        let dims = grid.lattice().dims;
         let counts = dims.map(|n| n.div_ceil(BRICK));
-        let edge = grid.lattice.voxel_pc() * BRICK as f64;
-        let low = grid.lattice.bounds.low;
+        let edge = grid.lattice().voxel_pc() * BRICK as f64;
+        let low = grid.lattice().bounds.low;
         let high = low + edge * DVec3::from(counts.map(|n| n as f64));
         let lattice = Lattice { dims: counts, bounds: Bounds { low, high } };
         let majorant = (0..lattice.cells())
@@ -119,7 +119,7 @@ mod tests {
         let lattice = Lattice { dims: [32; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let grid = Grid::sampled(lattice, |p| f64::from(p.length() < 0.2));
         let bricks = Bricks::new(&grid);
-        let occupied = bricks.occupied(&grid.lattice.bounds).unwrap();
+        let occupied = bricks.occupied(&grid.lattice().bounds).unwrap();
         assert!(occupied.size().x <= 1.0 + 1e-9 && bricks.filling() < 0.2);
     }
 }

@@ -6,10 +6,13 @@
 mod bricks;
 mod pages;
 mod planes;
+mod values;
 
 pub use bricks::Bricks;
-pub use pages::{PAGE, Pages, Sparsity};
+pub use pages::{PAGE, Pages};
 pub(crate) use planes::{Plane, PlanePart, ROWS_TOGETHER};
+pub use values::Values;
+pub(crate) use values::stored;
 
 use std::borrow::Cow;
 
@@ -18,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::field::{Grid, Lattice, trilinear};
 use crate::geometry::Bounds;
-use crate::stored::{Half, Precision, Stored, Values, stored, unit};
+use crate::stored::{Half, Precision, Stored, unit};
 
 /// What a channel of a volume holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -230,7 +233,7 @@ impl Volume {
 
     /// Copies a grid of the same box and resolution into channel `slot`; the layer around it is like the border.
     pub fn fill(&mut self, slot: usize, grid: &Grid) {
-        let dims = grid.lattice.dims;
+        let dims = grid.lattice().dims;
         let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
         let channels = self.channels.len();
         self.choose_unit(slot, || grid.densest());

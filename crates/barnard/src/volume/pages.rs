@@ -11,18 +11,6 @@ use rayon::prelude::*;
 /// Cells along the edge of a page, where there are many.
 pub const PAGE: usize = 16;
 
-/// Whether empty pages of a volume are left out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Sparsity {
-    /// Where volumes are large and a good part of them is empty.
-    #[default]
-    Auto,
-    /// Wherever there is an empty page.
-    Always,
-    /// Nowhere.
-    Never,
-}
-
 /// The pages of a lattice of voxels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pages {

@@ -5,7 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::Volume;
-use crate::stored::{Stored, stored};
+use super::stored;
+use crate::stored::Stored;
 
 /// The fewest rows that a thread takes.
 pub(crate) const ROWS_TOGETHER: usize = 8;

@@ -1,9 +1,8 @@
 //! Reference answers of an independent double-precision program: where they are, as scenes of ours, and how far an
 //! image is from them.
 //!
-//! Three cases are kept in `tests/cases`; every sub-folder with a `scene.json` of the folder that BARNARD_CASES names,
-//! or of `../shared/cases` beside the project, is compared as well. The measure is relative RMSE per band, units taken
-//! from the definitions.
+//! Three cases are kept in `tests/cases`; each sub-folder with a `scene.json` of the folder that BARNARD_CASES names is
+//! compared as well. The measure is relative RMSE per band, units taken from the definitions.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -17,19 +16,12 @@ use spectra::constants::{PARSEC, SPHERE};
 /// Folders with a case each.
 pub fn folders() -> Vec<PathBuf> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("../barnard");
-    let more = std::env::var("BARNARD_CASES").map(PathBuf::from).unwrap_or(here.join("../../../shared/cases"));
     let mut cases: Vec<PathBuf> = Vec::new();
-    for root in [here.join("tests/cases"), more] {
-        match std::fs::read_dir(&root) {
-            Ok(entries) => {
-                let found = entries.flatten().map(|e| e.path()).filter(|p| p.join("scene.json").is_file());
-                let new: Vec<PathBuf> = found.filter(|p| cases.iter().all(|c| c.file_name() != p.file_name())).collect();
-                cases.extend(new);
-            }
-            Err(_) => {
-                eprintln!("MISSING: no further reference cases in {}; only those kept in the repository are compared", root.display())
-            }
-        }
+    for root in [here.join("tests/cases")].into_iter().chain(std::env::var("BARNARD_CASES").map(PathBuf::from)) {
+        let entries = std::fs::read_dir(&root).unwrap_or_else(|e| panic!("{}: {e}", root.display()));
+        let found = entries.flatten().map(|e| e.path()).filter(|p| p.join("scene.json").is_file());
+        let new: Vec<PathBuf> = found.filter(|p| cases.iter().all(|c| c.file_name() != p.file_name())).collect();
+        cases.extend(new);
     }
     cases.sort();
     assert!(cases.len() >= 3, "reference cases are missing");

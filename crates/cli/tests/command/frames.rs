@@ -151,6 +151,7 @@ fn eyes_have_files_of_their_own() {
 /// A frame has the same file whether others were rendered before it or not, with all that it says of itself but the time at which
 /// it was written.
 #[test]
+#[ignore = "long"]
 fn files_do_not_depend_on_frames_before() {
     let desk = desk();
     let write =

@@ -1,6 +1,6 @@
 //! JPEG: the picture in the scene's palette and stretch, 8 bits a colour, sRGB, for what is only looked at.
 
-use image::{ExtendedColorType, ImageEncoder};
+use jpeg_encoder::{ColorType, Encoder};
 
 use super::{Writer, colours};
 use barnard::error::{Error, Result};
@@ -20,9 +20,11 @@ pub(super) const fn writer(extension: &'static str) -> Writer {
 }
 
 fn encode(picture: &Image) -> Result<Vec<u8>> {
+    let failed = |reason: String| Error::Encoding { format: "jpeg", reason };
+    let side = |pixels: usize| u16::try_from(pixels).map_err(|_| failed(format!("{pixels} pixels are more than the 65535 of a side")));
+    let (width, height) = (side(picture.width)?, side(picture.height)?);
     let mut bytes = Vec::new();
-    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, QUALITY);
-    let written = encoder.write_image(&colours::bytes(picture), picture.width as u32, picture.height as u32, ExtendedColorType::Rgb8);
-    written.map_err(|e| Error::Encoding { format: "jpeg", reason: e.to_string() })?;
+    let encoded = Encoder::new(&mut bytes, QUALITY).encode(&colours::bytes(picture), width, height, ColorType::Rgb);
+    encoded.map_err(|e| failed(e.to_string()))?;
     Ok(bytes)
 }

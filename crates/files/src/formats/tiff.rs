@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use image::{ExtendedColorType, ImageEncoder};
+use tiff::encoder::{TiffEncoder, colortype::RGB16};
 
 use super::{Writer, colours};
 use barnard::error::{Error, Result};
@@ -19,10 +19,9 @@ pub(super) const fn writer(extension: &'static str) -> Writer {
 }
 
 fn encode(picture: &Image) -> Result<Vec<u8>> {
-    let words: Vec<u8> = colours::words(picture).into_iter().flat_map(u16::to_ne_bytes).collect();
     let mut bytes = Cursor::new(Vec::new());
-    let encoder = image::codecs::tiff::TiffEncoder::new(&mut bytes);
-    let written = encoder.write_image(&words, picture.width as u32, picture.height as u32, ExtendedColorType::Rgb16);
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let written = TiffEncoder::new(&mut bytes).and_then(|mut file| file.write_image::<RGB16>(width, height, &colours::words(picture)));
     written.map_err(|e| Error::Encoding { format: "tiff", reason: e.to_string() })?;
     Ok(bytes.into_inner())
 }

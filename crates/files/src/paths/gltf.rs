@@ -20,9 +20,7 @@ use gltf::json::validation::Checked;
 use gltf::{Accessor, Document, Gltf, Node};
 use percent_encoding::percent_decode_str;
 
-use super::{Reader, Request, table};
-
-pub(super) const READER: Reader = Reader { extensions: &["gltf", "glb"], read };
+use super::{Request, table};
 
 /// Samples a second beside the keys.
 const RATE: f64 = 60.0;
@@ -31,7 +29,7 @@ const DEEPEST: usize = 1000;
 const MAX_CAMERAS: usize = 1000;
 const COLUMNS: [&str; 8] = ["time [s]", "x", "y", "z", "orientation_x", "orientation_y", "orientation_z", "orientation_w"];
 
-fn read(request: &Request) -> Result<TextTable> {
+pub(super) fn read(request: &Request) -> Result<TextTable> {
     let wrong = |message: String| Error::file(request.path, message);
     // The library takes for granted that a file is longer than its own head.
     let said = request.bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));

@@ -1,6 +1,7 @@
 //! Paths of cameras that other programs made, as tables of text: moments, places and orientations by columns whose names
 //! `[camera.path]` reads. A new format is one file and one row of [`READERS`].
 
+#[cfg(feature = "gltf")]
 mod gltf;
 mod gsc;
 
@@ -14,6 +15,7 @@ pub(crate) struct Request<'a> {
     pub bytes: &'a [u8],
     pub path: &'a Path,
     /// The bytes of a file by its name.
+    #[cfg_attr(not(feature = "gltf"), expect(dead_code, reason = "only glTF names other files"))]
     pub beside: &'a dyn Fn(&str) -> Result<Vec<u8>>,
     pub most_rows: usize,
 }
@@ -21,13 +23,21 @@ pub(crate) struct Request<'a> {
 /// One format of paths.
 struct Reader {
     extensions: &'static [&'static str],
-    read: fn(&Request) -> Result<TextTable>,
+    read: Read,
 }
 
-const READERS: &[Reader] = &[gltf::READER, gsc::READER];
+/// Reads a path as a table of text.
+type Read = fn(&Request) -> Result<TextTable>;
+
+const READERS: &[Reader] = &[Reader { extensions: &["gltf", "glb"], read: READ_GLTF }, gsc::READER];
+
+#[cfg(feature = "gltf")]
+const READ_GLTF: Read = gltf::read;
+#[cfg(not(feature = "gltf"))]
+const READ_GLTF: Read = |request| Err(barnard::error::Error::file(request.path, crate::missing_feature("glTF", "gltf")));
 
 /// What reads the path of a file called `name`; none where it is a table of text already.
-pub(crate) fn reader(name: &str) -> Option<fn(&Request) -> Result<TextTable>> {
+pub(crate) fn reader(name: &str) -> Option<Read> {
     let extension = Path::new(name).extension()?.to_str()?.to_lowercase();
     READERS.iter().find(|reader| reader.extensions.contains(&extension.as_str())).map(|reader| reader.read)
 }

@@ -6,14 +6,14 @@ fn mixed(h: u32) -> u32 {
     return b ^ (b >> 16u);
 }
 
-// twin: barnard::field::simplex::hash
+// twin: barnard_scene::medium::field::simplex::hash
 fn hash(p: vec3i, seed: u32) -> u32 {
     let u = bitcast<vec3u>(p);
     return mixed(u.x ^ mixed(u.y ^ mixed(u.z ^ mixed(seed))));
 }
 
 // The contribution of one corner at distance r.
-// twin: barnard::field::simplex::Simplex::corner
+// twin: barnard_scene::medium::field::simplex::Simplex::corner
 fn noise_corner(corner: vec3i, r: vec3f, seed: u32) -> f32 {
     let falloff = max(0.6 - dot(r, r), 0.0);
     let square = falloff * falloff;
@@ -25,7 +25,7 @@ fn noise_corner(corner: vec3i, r: vec3f, seed: u32) -> f32 {
 }
 
 // n(p), p in units of the noise's own scale.
-// twin: barnard::field::simplex::Simplex::at
+// twin: barnard_scene::medium::field::simplex::Simplex::at
 fn simplex(p: vec3f, seed: u32) -> f32 {
     // Skew to find the simplex, unskew to measure distances.
     let cell = floor(p + (p.x + p.y + p.z) / 3.0);
@@ -41,7 +41,7 @@ fn simplex(p: vec3f, seed: u32) -> f32 {
 }
 
 // sigma at V.
-// twin: barnard::field::fbm::Fbm::at
+// twin: barnard_scene::medium::field::fbm::Fbm::at
 fn cloud(p: vec3f) -> f32 {
     let place = constants[CLOUD];
     let octaves = constants[CLOUD + 1u];

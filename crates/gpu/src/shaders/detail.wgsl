@@ -1,14 +1,14 @@
 // Detail below the voxels, at every sample.
 
 // A number whose highest bits look random.
-// twin: barnard::detail::noise::mixed
+// twin: barnard_scene::medium::detail::noise::mixed
 fn detail_hash(h: u32) -> u32 {
     let a = (h ^ (h >> 15u)) * 0x2c1b3c6du;
     return (a ^ (a >> 12u)) * 0x297a2d39u;
 }
 
 // What a corner adds at a place seen from it.
-// twin: barnard::detail::noise::single_corner
+// twin: barnard_scene::medium::detail::noise::single_corner
 fn detail_corner(corner: vec3u, r: vec3f, seed: u32) -> f32 {
     let rows = corner * vec3u(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
     let hash = detail_hash(rows.x ^ rows.y ^ rows.z ^ seed);
@@ -20,7 +20,7 @@ fn detail_corner(corner: vec3u, r: vec3f, seed: u32) -> f32 {
 }
 
 // n(p), p in units of the noise's own scale.
-// twin: barnard::detail::noise::single
+// twin: barnard_scene::medium::detail::noise::single
 fn detail_noise(p: vec3f, seed: u32) -> f32 {
     // Skew to find the simplex, unskew to measure distances.
     let cell = floor(p + (p.x + p.y + p.z) / 3.0);
@@ -36,7 +36,7 @@ fn detail_noise(p: vec3f, seed: u32) -> f32 {
 }
 
 // ln of the mean of e^(s n).
-// twin: barnard::detail::noise::log_mean
+// twin: barnard_scene::medium::detail::noise::log_mean
 fn detail_mean(s: vec4f) -> vec4f {
     let square = s * s;
     return square * (0.5 + square * (DETAIL_FOURTH / 24.0 + square * (DETAIL_SIXTH / 720.0)));
@@ -55,7 +55,7 @@ fn octave_at(octave: u32, ray: Ray, t: f32) -> f32 {
 }
 
 // The factor of dust at a distance along a ray.
-// twin: barnard::detail::FineDetail::factor
+// twin: barnard_scene::medium::detail::FineDetail::factor
 fn dust_detail(ray: Ray, t: f32) -> f32 {
     let width = detail_width(ray, t);
     var exponent = 0.0;

@@ -2,7 +2,7 @@
 
 // A place of the image in halves of its width: from its own middle where it lies in a plane, from the axis of view where it
 // does not.
-// twin: barnard::camera::Camera::image_place
+// twin: barnard_scene::picture::camera::Camera::image_place
 fn image_place(column: f32, row: f32) -> vec2f {
     let size = vec2f(frame.size.xy);
     let at = vec2f(2.0 / size.x * (column - 0.5 * size.x), 2.0 / size.x * (0.5 * size.y - row));
@@ -10,7 +10,7 @@ fn image_place(column: f32, row: f32) -> vec2f {
 }
 
 // The direction at a place of an image of all around.
-// twin: barnard::camera::panorama::Layout::direction
+// twin: barnard_scene::picture::camera::panorama::Layout::direction
 fn panorama_direction(at: vec2f) -> vec3f {
     let axes = mat3x3f(frame.forward.xyz, frame.across.xyz, frame.upwards.xyz);
     if SIGHT == DOME {
@@ -30,7 +30,7 @@ fn panorama_direction(at: vec2f) -> vec3f {
 }
 
 // Where the eye stands that sees a direction, from the camera [pc].
-// twin: barnard::camera::stereo::Eye::offset
+// twin: barnard_scene::picture::camera::stereo::Eye::offset
 fn eye_offset(direction: vec3f) -> vec3f {
     let up = vec3f(frame.across.w, frame.upwards.w, frame.forward.w);
     let side = cross(direction, up);
@@ -40,7 +40,7 @@ fn eye_offset(direction: vec3f) -> vec3f {
 }
 
 // Whether there is a ray through a place of the image.
-// twin: barnard::camera::Camera::sees
+// twin: barnard_scene::picture::camera::Camera::sees
 fn sees(column: f32, row: f32) -> bool {
     let at = frame.turn_x.z * image_place(column, row);
     if SIGHT == DOME {
@@ -54,7 +54,7 @@ fn sees(column: f32, row: f32) -> bool {
 
 // The ray through a place of the image; its origin lies in the plane through the middle of the scene, where f32 is
 // finest.
-// twin: barnard::camera::Camera::ray
+// twin: barnard_scene::picture::camera::Camera::ray
 fn camera_ray(column: f32, row: f32) -> Ray {
     let at = image_place(column, row);
     if SIGHT != PLANE {
@@ -70,7 +70,7 @@ fn camera_ray(column: f32, row: f32) -> Ray {
 }
 
 // Where a ray is inside of a box, as [near, far]; empty where far <= near.
-// twin: barnard::geometry::Bounds::clip
+// twin: barnard_scene::base::geometry::Bounds::clip
 fn clip(ray: Ray, low: vec3f, high: vec3f, first: f32) -> vec2f {
     // No component is zero: a ray along an axis is turned by nothing that matters.
     let safe = select(ray.direction, vec3f(1e-12), abs(ray.direction) < vec3f(1e-12));

@@ -97,7 +97,7 @@ impl Whole {
             return refused("methods whose terms are exponentials", "take the method that is used where none is said");
         }
         drop(tables);
-        let mut boxes = plan.space.dust.iter().map(|d| &**d).chain(plan.space.gas()).map(|grid| grid.lattice.bounds);
+        let mut boxes = plan.space.dust.iter().map(|d| &**d).chain(plan.space.gas()).map(|grid| grid.lattice().bounds);
         let Some(bounds) = boxes.next() else { return refused("dust or gas", "give the scene some") };
         if let Some(other) = boxes.find(|other| *other != bounds) {
             let wanted = format!("the box of all others, {} to {}", bounds.low, bounds.high);

@@ -4,7 +4,7 @@
 //! far apart vary more than the stretch does: the mean square of noise along a stretch is 0.39 of a wave over its length, and
 //! deviations are made smaller so that columns of many samples vary as they should.
 
-use multiversion::multiversion;
+use spectra::simd;
 
 use super::state::State;
 use crate::camera::Footprint;
@@ -105,68 +105,69 @@ impl PacketDetail {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn multiply(detail: &mut PacketDetail, t: &Lane, stretch: &Lane, sample: &mut [Lane]) {
-    let PacketDetail { slots, octaves, width, widening } = detail;
-    let half = lanes!(|lane| 0.5 / fma(*widening, t[lane], width[lane]));
-    let longest = largest(stretch);
-    let mut most = 0;
-    for octave in octaves.iter_mut() {
-        let waves = longest / octave.wavelength;
-        let places = waves.round().clamp(1.0, DETAIL_PLACES as f32);
-        let alike = DETAIL_ALIKE * places / waves;
-        let scale = if alike < 1.0 { alike.sqrt() } else { 1.0 };
-        let wavelength = octave.wavelength;
-        octave.seen = lanes!(|lane| {
-            let part = fma(wavelength, half[lane], -1.5);
-            let part = if part > 0.0 { part } else { 0.0 };
-            scale * if part < 1.0 { part } else { 1.0 }
-        });
-        octave.places = if largest(&octave.seen) > 0.0 { places as usize } else { 0 };
-        most = most.max(octave.places);
-    }
-    if most == 0 {
-        return;
-    }
-    for (c, slot) in slots.iter_mut().enumerate() {
-        let mut mean = [0.0; LANES];
-        for octave in octaves.iter().filter(|octave| octave.places > 0) {
-            let (deviation, seen) = (octave.deviations[c], octave.seen);
-            mean = lanes!(|lane| mean[lane] + log_mean(deviation * seen[lane]));
+simd! {
+    fn multiply(detail: &mut PacketDetail, t: &Lane, stretch: &Lane, sample: &mut [Lane]) {
+        let PacketDetail { slots, octaves, width, widening } = detail;
+        let half = lanes!(|lane| 0.5 / fma(*widening, t[lane], width[lane]));
+        let longest = largest(stretch);
+        let mut most = 0;
+        for octave in octaves.iter_mut() {
+            let waves = longest / octave.wavelength;
+            let places = waves.round().clamp(1.0, DETAIL_PLACES as f32);
+            let alike = DETAIL_ALIKE * places / waves;
+            let scale = if alike < 1.0 { alike.sqrt() } else { 1.0 };
+            let wavelength = octave.wavelength;
+            octave.seen = lanes!(|lane| {
+                let part = fma(wavelength, half[lane], -1.5);
+                let part = if part > 0.0 { part } else { 0.0 };
+                scale * if part < 1.0 { part } else { 1.0 }
+            });
+            octave.places = if largest(&octave.seen) > 0.0 { places as usize } else { 0 };
+            most = most.max(octave.places);
         }
-        (slot.mean, slot.factor) = (mean, [0.0; LANES]);
-    }
-    for place in 0..most {
-        for octave in octaves.iter_mut().filter(|octave| octave.places > 0) {
-            // Longer waves stay as they are over several places.
-            let own = place * octave.places / most;
-            if place == 0 || own != (place - 1) * octave.places / most {
-                let at = (own as f32 + 0.5) / octave.places as f32 - 0.5;
-                let PacketOctave { start, speed, seed, .. } = &*octave;
-                let at = lanes!(|lane| fma(at, stretch[lane], t[lane]));
-                octave.values = lanes!(|lane| single(
-                    [
-                        fma(speed[0][lane], at[lane], start[0][lane]),
-                        fma(speed[1][lane], at[lane], start[1][lane]),
-                        fma(speed[2][lane], at[lane], start[2][lane])
-                    ],
-                    *seed
-                ));
-            }
+        if most == 0 {
+            return;
         }
         for (c, slot) in slots.iter_mut().enumerate() {
-            let mut exponent = lanes!(|lane| -slot.mean[lane]);
+            let mut mean = [0.0; LANES];
             for octave in octaves.iter().filter(|octave| octave.places > 0) {
-                let (deviation, seen, values) = (octave.deviations[c], octave.seen, octave.values);
-                exponent = lanes!(|lane| fma(deviation * seen[lane], values[lane], exponent[lane]));
+                let (deviation, seen) = (octave.deviations[c], octave.seen);
+                mean = lanes!(|lane| mean[lane] + log_mean(deviation * seen[lane]));
             }
-            let factor = slot.factor;
-            slot.factor = lanes!(|lane| factor[lane] + exp(exponent[lane]));
+            (slot.mean, slot.factor) = (mean, [0.0; LANES]);
         }
-    }
-    let share = 1.0 / most as f32;
-    for slot in slots {
-        let (values, factor) = (sample[slot.slot], slot.factor);
-        sample[slot.slot] = lanes!(|lane| values[lane] * (share * factor[lane]));
+        for place in 0..most {
+            for octave in octaves.iter_mut().filter(|octave| octave.places > 0) {
+                // Longer waves stay as they are over several places.
+                let own = place * octave.places / most;
+                if place == 0 || own != (place - 1) * octave.places / most {
+                    let at = (own as f32 + 0.5) / octave.places as f32 - 0.5;
+                    let PacketOctave { start, speed, seed, .. } = &*octave;
+                    let at = lanes!(|lane| fma(at, stretch[lane], t[lane]));
+                    octave.values = lanes!(|lane| single(
+                        [
+                            fma(speed[0][lane], at[lane], start[0][lane]),
+                            fma(speed[1][lane], at[lane], start[1][lane]),
+                            fma(speed[2][lane], at[lane], start[2][lane])
+                        ],
+                        *seed
+                    ));
+                }
+            }
+            for (c, slot) in slots.iter_mut().enumerate() {
+                let mut exponent = lanes!(|lane| -slot.mean[lane]);
+                for octave in octaves.iter().filter(|octave| octave.places > 0) {
+                    let (deviation, seen, values) = (octave.deviations[c], octave.seen, octave.values);
+                    exponent = lanes!(|lane| fma(deviation * seen[lane], values[lane], exponent[lane]));
+                }
+                let factor = slot.factor;
+                slot.factor = lanes!(|lane| factor[lane] + exp(exponent[lane]));
+            }
+        }
+        let share = 1.0 / most as f32;
+        for slot in slots {
+            let (values, factor) = (sample[slot.slot], slot.factor);
+            sample[slot.slot] = lanes!(|lane| values[lane] * (share * factor[lane]));
+        }
     }
 }

@@ -15,7 +15,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use multiversion::multiversion;
+use spectra::simd;
 
 use super::borders::{Borders, moved_out};
 use super::context::Context;
@@ -59,7 +59,7 @@ impl<'a> March<'a> {
         let mut largest = plan.largest_densities().into_iter();
         let sigma = if context.slots.dust.is_some() { largest.next().unwrap_or(0.0) } else { 0.0 };
         let dust_alone = plan.space.dust.as_ref().filter(|_| plan.star_march.is_some()).map(|dust| {
-            let mut volume = Volume::zeroed(&dust.lattice, vec![Channel::Dust]);
+            let mut volume = Volume::zeroed(dust.lattice(), vec![Channel::Dust]);
             volume.fill(0, dust);
             volume
         });
@@ -295,74 +295,75 @@ impl<'a> March<'a> {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn march_span(march: &March, state: &mut State, steps: usize) {
-    let context = &march.context;
-    let cursors: Vec<Cursor> = context.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0, &state.span.1)).collect();
-    let masks = march.masks(state);
-    let tracks: Vec<Track> =
-        context.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
-    let views: Vec<StarView> = context.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
-    let near_field: Vec<NearStar> = march.near_field.as_ref().map_or_else(Vec::new, |near_field| near_field.beside(state));
-    let mut before = vec![[0.0; LANES]; context.slots.count];
-    let mut after = before.clone();
-    let mut middle = context.plan.stepping.has_middles().then(|| before.clone());
-    let Range { start: mut step, end: steps } = march.counted(state, steps);
-    let mut detail = march.detail.as_ref().map(|detail| detail.along(state));
-    let mut samples = Samples { context, cursors: &cursors, masks: &masks, dt: state.dt, detail: &mut detail };
-    // A sample stands for the way to those beside it.
-    let share = if middle.is_some() { 0.5 } else { 1.0 };
-    samples.read(step as f32, share, &mut before);
-    // What counts of a sample, where only some lanes do.
-    let mut counted = [Vec::new(), Vec::new(), Vec::new()];
-    while step < steps {
-        // Jump over empty space; the sample behind the jump starts anew.
-        let jump = if is_dark(context, &before) { clear_steps(context, &tracks, &state.dt, step) } else { 0 };
-        if jump > 1 {
-            step = step.saturating_add(jump).min(steps);
-            samples.read(step as f32, share, &mut before);
-            continue;
-        }
-        // Barrès & Neyret's own form takes its N samples and no more.
-        let parts = if context.plan.star_march.is_some() { 1 } else { march.parts(state, &views, step) };
-        for part in 0..parts {
-            let length = 1.0 / parts as f32;
-            let span = StepSpan { start: step as f32 + part as f32 * length, length };
-            samples.read(span.end(), share * length, &mut after);
-            if let Some(samples) = context.plan.star_march {
-                march.star_depths_again(state, span.end(), samples, &mut after);
+simd! {
+    fn march_span(march: &March, state: &mut State, steps: usize) {
+        let context = &march.context;
+        let cursors: Vec<Cursor> = context.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0, &state.span.1)).collect();
+        let masks = march.masks(state);
+        let tracks: Vec<Track> =
+            context.plan.space.bricks.iter().map(|b| Track::new(&b.lattice, DVec3::ZERO, state.rays, &state.span.0)).collect();
+        let views: Vec<StarView> = context.tables.weights.scattered.iter().map(|s| march.star_view(s.star, state)).collect();
+        let near_field: Vec<NearStar> = march.near_field.as_ref().map_or_else(Vec::new, |near_field| near_field.beside(state));
+        let mut before = vec![[0.0; LANES]; context.slots.count];
+        let mut after = before.clone();
+        let mut middle = context.plan.stepping.has_middles().then(|| before.clone());
+        let Range { start: mut step, end: steps } = march.counted(state, steps);
+        let mut detail = march.detail.as_ref().map(|detail| detail.along(state));
+        let mut samples = Samples { context, cursors: &cursors, masks: &masks, dt: state.dt, detail: &mut detail };
+        // A sample stands for the way to those beside it.
+        let share = if middle.is_some() { 0.5 } else { 1.0 };
+        samples.read(step as f32, share, &mut before);
+        // What counts of a sample, where only some lanes do.
+        let mut counted = [Vec::new(), Vec::new(), Vec::new()];
+        while step < steps {
+            // Jump over empty space; the sample behind the jump starts anew.
+            let jump = if is_dark(context, &before) { clear_steps(context, &tracks, &state.dt, step) } else { 0 };
+            if jump > 1 {
+                step = step.saturating_add(jump).min(steps);
+                samples.read(step as f32, share, &mut before);
+                continue;
             }
-            if let Some(middle) = &mut middle {
-                samples.read(span.start + 0.5 * length, share * length, middle);
-            }
-            let counts = march.counting(state, span);
-            let (first, last, between) = match &counts {
-                None => (&before, &after, middle.as_deref()),
-                Some(counts) => {
-                    let [first, last, between] = &mut counted;
-                    only(context, &before, counts, first);
-                    only(context, &after, counts, last);
-                    let between = middle.as_deref().map(|middle| {
-                        only(context, middle, counts, between);
-                        &between[..]
-                    });
-                    (&*first, &*last, between)
+            // Barrès & Neyret's own form takes its N samples and no more.
+            let parts = if context.plan.star_march.is_some() { 1 } else { march.parts(state, &views, step) };
+            for part in 0..parts {
+                let length = 1.0 / parts as f32;
+                let span = StepSpan { start: step as f32 + part as f32 * length, length };
+                samples.read(span.end(), share * length, &mut after);
+                if let Some(samples) = context.plan.star_march {
+                    march.star_depths_again(state, span.end(), samples, &mut after);
                 }
-            };
-            if counts.is_none_or(|counts| counts.contains(&true)) {
-                let segment = Segment::new(context, state, span, [first, last], between);
-                shading::add(&segment, context, state, &views, &near_field);
-                if let Some(moments) = &mut state.moments {
-                    let middle = f64::from(span.start + 0.5 * span.length);
-                    let distance = lanes!(|lane| (state.span.0[lane] + middle * f64::from(state.dt[lane])) as f32);
-                    moments.count(&state.sum, &state.channels, &distance);
+                if let Some(middle) = &mut middle {
+                    samples.read(span.start + 0.5 * length, share * length, middle);
                 }
+                let counts = march.counting(state, span);
+                let (first, last, between) = match &counts {
+                    None => (&before, &after, middle.as_deref()),
+                    Some(counts) => {
+                        let [first, last, between] = &mut counted;
+                        only(context, &before, counts, first);
+                        only(context, &after, counts, last);
+                        let between = middle.as_deref().map(|middle| {
+                            only(context, middle, counts, between);
+                            &between[..]
+                        });
+                        (&*first, &*last, between)
+                    }
+                };
+                if counts.is_none_or(|counts| counts.contains(&true)) {
+                    let segment = Segment::new(context, state, span, [first, last], between);
+                    shading::add(&segment, context, state, &views, &near_field);
+                    if let Some(moments) = &mut state.moments {
+                        let middle = f64::from(span.start + 0.5 * span.length);
+                        let distance = lanes!(|lane| (state.span.0[lane] + middle * f64::from(state.dt[lane])) as f32);
+                        moments.count(&state.sum, &state.channels, &distance);
+                    }
+                }
+                std::mem::swap(&mut before, &mut after);
             }
-            std::mem::swap(&mut before, &mut after);
-        }
-        step += 1;
-        if step % END_EVERY == 0 && march.ended(state, &views, step) {
-            break;
+            step += 1;
+            if step % END_EVERY == 0 && march.ended(state, &views, step) {
+                break;
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What each light sends at nodes that all bands share, as combinations of them: the march of plates.
 
-use multiversion::multiversion;
+use spectra::simd;
 
 use super::march::March;
 use super::tables::Tables;
@@ -47,15 +47,16 @@ pub(crate) fn combined(plan: &Plan, lights: &[usize], rows: &[Vec<f32>], control
     Ok(Combined { data, stats: stats_of(plan, depth, 0) })
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn combine(rows: &[Vec<f32>], nodes: &[Lane], out: &mut [f32]) {
-    for (row, out) in rows.iter().zip(out.chunks_exact_mut(LANES)) {
-        let mut sum = [0.0; LANES];
-        for (weight, node) in row.iter().zip(nodes) {
-            for lane in 0..LANES {
-                sum[lane] = fma(*weight, node[lane], sum[lane]);
+simd! {
+    fn combine(rows: &[Vec<f32>], nodes: &[Lane], out: &mut [f32]) {
+        for (row, out) in rows.iter().zip(out.chunks_exact_mut(LANES)) {
+            let mut sum = [0.0; LANES];
+            for (weight, node) in row.iter().zip(nodes) {
+                for lane in 0..LANES {
+                    sum[lane] = fma(*weight, node[lane], sum[lane]);
+                }
             }
+            out.copy_from_slice(&sum);
         }
-        out.copy_from_slice(&sum);
     }
 }

@@ -44,8 +44,8 @@ impl Majorant {
         match first_bad {
             None => Ok(Self { blocks }),
             Some(i) => {
-                let [x, y, z] = blocks.lattice.place(i);
-                let p = blocks.lattice.centre(x, y, z);
+                let [x, y, z] = blocks.lattice().place(i);
+                let p = blocks.lattice().centre(x, y, z);
                 Err(Error::Density(format!(
                     "a density near ({:.3}, {:.3}, {:.3}) pc is not finite: collisions cannot be drawn without a bound; limit it, as in min(f, 1e3)",
                     p.x, p.y, p.z
@@ -63,7 +63,7 @@ impl Majorant {
 
     /// The blocks that a ray crosses up to `far`, in order.
     pub fn cells(&self, ray: &Ray, far: f64) -> impl Iterator<Item = Cell> + '_ {
-        let lattice = &self.blocks.lattice;
+        let lattice = self.blocks.lattice();
         let (near, far) = lattice.bounds.clip(ray).map_or((0.0, 0.0), |(near, end)| (near, end.min(far)));
         let size = lattice.voxel_pc();
         let start = (ray.at(near) - lattice.bounds.low) / size;
@@ -96,7 +96,7 @@ impl Majorant {
 }
 
 fn of_grid(grid: &Grid) -> Grid {
-    let own = &grid.lattice;
+    let own = grid.lattice();
     let dims = own.dims.map(|n| n.div_ceil(VOXELS));
     let bounds = crate::geometry::Bounds {
         low: own.bounds.low,
@@ -110,7 +110,7 @@ fn of_grid(grid: &Grid) -> Grid {
         grid.largest([along(0), along(1), along(2)])
     };
     let data = (0..lattice.cells()).into_par_iter().map(largest).collect();
-    Grid::of(lattice, data)
+    Grid::from_lattice(lattice, data)
 }
 
 fn of_function(field: &dyn Field, control: &Control) -> Grid {
@@ -134,7 +134,7 @@ fn of_function(field: &dyn Field, control: &Control) -> Grid {
     let largest = data.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
     let least = if largest > 0.0 { LEAST * largest } else { 1.0 };
     data.iter_mut().filter(|v| **v < least).for_each(|v| *v = least);
-    Grid::of(lattice, data)
+    Grid::from_lattice(lattice, data)
 }
 
 #[cfg(test)]

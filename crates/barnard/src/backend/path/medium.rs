@@ -144,13 +144,13 @@ mod tests {
 
     use super::*;
     use crate::field::{Grid, Lattice};
+    use crate::fixtures;
     use crate::geometry::Bounds;
-    use crate::test_scenes;
 
     fn dust() -> Dust {
         let lattice = Lattice { dims: [12; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let density = Grid::sampled(lattice, |p| (4.0 * p.x * p.y - p.z).sin().max(0.0));
-        test_scenes::dust(density, "inverse_wavelength", 5.0)
+        fixtures::dust(density, "inverse_wavelength", 5.0)
     }
 
     /// Flights leave, and transmittances are, e^(−k τ) in the mean, by bounds that hold and by bounds that are exceeded

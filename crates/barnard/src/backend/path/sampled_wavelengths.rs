@@ -145,8 +145,8 @@ mod tests {
     use spectra::units::Temperature;
 
     use crate::camera::Camera;
+    use crate::fixtures::ball;
     use crate::scene::{Background, Emission};
-    use crate::test_scenes::ball;
 
     /// The wavelengths that are drawn bring each light's own band total in the mean, lines among them, and lines of
     /// others nothing.

@@ -260,12 +260,12 @@ fn representatives(members: &[usize], stars: usize) -> Vec<usize> {
 
 /// Dust that is merged for sweeps, and the lattice of the depths of `count` stars that fits into memory.
 fn fitting(dust: &Grid, count: usize, settings: &Settings) -> Result<(Grid, Lattice)> {
-    let longest = dust.lattice.dims.into_iter().max().unwrap_or(1);
+    let longest = dust.lattice().dims.into_iter().max().unwrap_or(1);
     // The sweeps of a lattice read the dust at two places a voxel.
     let merged = dust.merged(longest.div_ceil(2 * EDGE), 1.0);
     let lattice_of = |edge: usize| {
-        let block = merged.lattice.dims.into_iter().max().unwrap_or(1).div_ceil(edge);
-        Lattice { dims: merged.lattice.dims.map(|n| n.div_ceil(block)), bounds: merged.lattice.bounds }
+        let block = merged.lattice().dims.into_iter().max().unwrap_or(1).div_ceil(edge);
+        Lattice { dims: merged.lattice().dims.map(|n| n.div_ceil(block)), bounds: merged.lattice().bounds }
     };
     let bytes = |lattice: &Lattice| Volume::zeroed(lattice, vec![Channel::StarDepth(0)]).bytes().saturating_mul(count as u64);
     let mut edge = EDGE;

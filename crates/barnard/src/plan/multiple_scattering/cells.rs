@@ -42,12 +42,12 @@ impl Cells {
     /// Cuts the box around the dust, and gas near it, into at most `most` cells along an edge; into whole blocks of
     /// voxels where it can.
     pub fn new(dust: &Grid, gas: &[Grid], most: usize) -> Self {
-        let own = dust.lattice.bounds;
+        let own = dust.lattice().bounds;
         let reach = AROUND * own.size();
         let near = Bounds { low: own.low - reach, high: own.high + reach };
         let clipped = |b: Bounds| Bounds { low: b.low.max(near.low).min(own.low), high: b.high.min(near.high).max(own.high) };
-        let bounds = gas.iter().map(|g| clipped(g.lattice.bounds)).fold(own, |a, b| a.union(&b));
-        let voxel = dust.lattice.voxel_pc();
+        let bounds = gas.iter().map(|g| clipped(g.lattice().bounds)).fold(own, |a, b| a.union(&b));
+        let voxel = dust.lattice().voxel_pc();
         let (longest, finest) = (bounds.size().max_element(), voxel.min_element());
         let along = longest / finest;
         let edge = match (along - 1e-6) / most as f64 {
@@ -183,7 +183,7 @@ mod tests {
                 let [nx, ny, nz] = cells.lattice.dims;
                 assert!(nx.max(ny).max(nz) <= most && (most < 24 || nx.max(ny).max(nz) >= 16), "{dims:?} {most}: {nx} {ny} {nz}");
                 assert!(gas.is_empty() || cells.lattice.bounds.size().max_element() <= 2.01 * size.max_element());
-                let grid = Grid::of(cells.lattice.clone(), cells.sigma.clone());
+                let grid = Grid::from_lattice(cells.lattice.clone(), cells.sigma.clone());
                 for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
                     let column = |grid: &Grid| grid.column(-9.0 * axis, 9.0 * axis, f64::INFINITY);
                     let (own, truth) = (column(&grid), column(&dust));

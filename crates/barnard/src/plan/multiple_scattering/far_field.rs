@@ -17,8 +17,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use multiversion::multiversion;
 use rayon::prelude::*;
+use spectra::simd;
 
 use super::cells::{Cells, DirectSource};
 use super::harmonics::{COUNT, harmonics_of};
@@ -275,49 +275,51 @@ impl Beside<'_> {
     }
 }
 
-/// Adds moments of a star's light, so many harmonics a cell, to up to sixteen cells from number `first` of the row on.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [EightLanes]) {
-    let lit = star.at(first);
-    let mut values = [[0.0; LANES]; COUNT];
-    harmonics_of(lit.towards, |x| x as f32, &mut values[..count]);
-    // In the middle of a cell it goes everywhere.
-    let somewhere: Lane = lanes!(|i| lit.towards.iter().map(|axis| axis[i] * axis[i]).sum());
-    values[1..].iter_mut().for_each(|value| *value = lanes!(|i| if somewhere[i] > 0.0 { value[i] } else { 0.0 }));
-    for (i, moments) in out.chunks_exact_mut(count).enumerate() {
-        let light = star.light(&lit, i);
-        for (moment, value) in moments.iter_mut().zip(&values) {
-            for t in 0..WIDTH {
-                moment[t] = fma(value[i], light[t], moment[t]);
+simd! {
+    /// Adds moments of a star's light, so many harmonics a cell, to up to sixteen cells from number `first` of the row on.
+    fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [EightLanes]) {
+        let lit = star.at(first);
+        let mut values = [[0.0; LANES]; COUNT];
+        harmonics_of(lit.towards, |x| x as f32, &mut values[..count]);
+        // In the middle of a cell it goes everywhere.
+        let somewhere: Lane = lanes!(|i| lit.towards.iter().map(|axis| axis[i] * axis[i]).sum());
+        values[1..].iter_mut().for_each(|value| *value = lanes!(|i| if somewhere[i] > 0.0 { value[i] } else { 0.0 }));
+        for (i, moments) in out.chunks_exact_mut(count).enumerate() {
+            let light = star.light(&lit, i);
+            for (moment, value) in moments.iter_mut().zip(&values) {
+                for t in 0..WIDTH {
+                    moment[t] = fma(value[i], light[t], moment[t]);
+                }
             }
         }
     }
 }
 
-/// Adds what of a star's light is scattered towards the eye in up to sixteen cells, from number `first` of the row on.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn add_seen(star: &Beside, scattering: &Scattering, first: usize, out: &mut [EightLanes]) {
-    const EVENLY: f32 = 1.0 / spectra::constants::SPHERE as f32;
-    let lit = star.at(first);
-    let cosine = &lit.cosine;
-    for (i, source) in out.iter_mut().enumerate() {
-        let mut phase = [EVENLY; WIDTH];
-        if let Some(table) = scattering.phase {
-            let PhaseEntry { entry, fraction: f } = PhaseTable::entry(table.entries, cosine[i], fma(-cosine[i], cosine[i], 1.0));
-            let entry = entry as usize;
-            if table.separable {
-                let (low, high) = (table.at_nodes[entry], table.at_nodes[entry + 1]);
-                phase = [fma(f, high - low, low); WIDTH];
-            } else {
-                let row = |entry: usize| &table.at_nodes[entry * scattering.terms + scattering.first..];
-                for ((phase, low), high) in phase.iter_mut().zip(row(entry)).zip(row(entry + 1)) {
-                    *phase = fma(f, high - low, *low);
+simd! {
+    /// Adds what of a star's light is scattered towards the eye in up to sixteen cells, from number `first` of the row on.
+    fn add_seen(star: &Beside, scattering: &Scattering, first: usize, out: &mut [EightLanes]) {
+        const EVENLY: f32 = 1.0 / spectra::constants::SPHERE as f32;
+        let lit = star.at(first);
+        let cosine = &lit.cosine;
+        for (i, source) in out.iter_mut().enumerate() {
+            let mut phase = [EVENLY; WIDTH];
+            if let Some(table) = scattering.phase {
+                let PhaseEntry { entry, fraction: f } = PhaseTable::entry(table.entries, cosine[i], fma(-cosine[i], cosine[i], 1.0));
+                let entry = entry as usize;
+                if table.separable {
+                    let (low, high) = (table.at_nodes[entry], table.at_nodes[entry + 1]);
+                    phase = [fma(f, high - low, low); WIDTH];
+                } else {
+                    let row = |entry: usize| &table.at_nodes[entry * scattering.terms + scattering.first..];
+                    for ((phase, low), high) in phase.iter_mut().zip(row(entry)).zip(row(entry + 1)) {
+                        *phase = fma(f, high - low, *low);
+                    }
                 }
             }
-        }
-        let light = star.light(&lit, i);
-        for t in 0..WIDTH {
-            source[t] = fma(scattering.albedo[t] * phase[t], light[t], source[t]);
+            let light = star.light(&lit, i);
+            for t in 0..WIDTH {
+                source[t] = fma(scattering.albedo[t] * phase[t], light[t], source[t]);
+            }
         }
     }
 }

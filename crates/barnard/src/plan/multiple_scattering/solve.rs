@@ -53,7 +53,7 @@ impl Problem<'_> {
         let groups = self.terms.len().div_ceil(WIDTH) as f64;
         let mut parts = Vec::new();
         for (p, terms) in self.terms.chunks(WIDTH).enumerate() {
-            let none = || Arc::new(Grid::of(cells.lattice.clone(), Vec::new()));
+            let none = || Arc::new(Grid::from_lattice(cells.lattice.clone(), Vec::new()));
             let origin = Origin {
                 lattice: cells.lattice.clone(),
                 sigma: cells.sigma.clone(),

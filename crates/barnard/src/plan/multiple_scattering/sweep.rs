@@ -17,8 +17,8 @@
 //! would need limits; the blur that bilinear interpolation brings is known to be small for light that was scattered.
 
 use glam::DVec3;
-use multiversion::multiversion;
 use rayon::prelude::*;
+use spectra::simd;
 
 use super::beam::{Beam, beam};
 use super::cells::Cells;
@@ -143,62 +143,63 @@ fn blend<const N: usize>(four: [&Lanes<N>; 4], weights: &[f32; 4]) -> Lanes<N> {
     sum
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn march_row<const N: usize>(line: &Line<N>, before: &[Row<N>], done: &mut Row<N>, out: &mut [Lanes<N>]) {
-    let (count, harmonics) = (line.beams.len(), line.sources.scattered.count);
-    let columns = done.sigma.len() - 2 * line.margin;
-    for column in 0..columns {
-        let cell = line.first + column * line.stride;
-        let sigma = line.cells.sigma[cell];
-        let glow = line.sources.glow.map_or([0.0; N], |glow| glow[cell]);
-        let source = line.sources.scattered.cell(cell);
-        let moments = &mut out[(cell - line.base) * harmonics..][..harmonics];
-        let here = column + line.margin;
-        (done.sigma[here], done.glow[here]) = (sigma, glow);
-        let (mut own_sources, mut radiances) = ([[0.0; N]; TOGETHER], [[0.0; N]; TOGETHER]);
-        for mirrors in line.mirrors {
-            mirrors.sources(source, &mut own_sources);
-        }
-        for (b, beam) in line.beams.iter().enumerate() {
-            let own_source = own_sources[b];
-            let row = (line.row + line.margin).saturating_add_signed(beam.shift[1]).min(before.len() - 2);
-            let rows = [&before[row], &before[row + 1]];
-            let at = here.saturating_add_signed(beam.shift[0]).min(done.sigma.len() - 2);
-            let four = |values: fn(&Row<N>) -> &[Lanes<N>], stride: usize, b: usize| {
-                let place = |i: usize| (at + i) * stride + b;
-                [&values(rows[0])[place(0)], &values(rows[0])[place(1)], &values(rows[1])[place(0)], &values(rows[1])[place(1)]]
-            };
-            let incoming = blend(four(|r| &r.radiance, count, b), &beam.weights);
-            let scattering = blend(four(|r| &r.scattering, count, b), &beam.weights);
-            let w = &beam.weights;
-            let upwind =
-                fma(w[0], rows[0].sigma[at], w[1] * rows[0].sigma[at + 1]) + fma(w[2], rows[1].sigma[at], w[3] * rows[1].sigma[at + 1]);
-            // Where no dust is, its source function is that of the dust beside it.
-            let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
-            let clear = sigma <= line.cells.least;
-            let depth = 0.5 * (upwind + sigma) * beam.length_pc;
-            let (mut radiance, mut through) = ([0.0; N], [0.0; N]);
-            for t in 0..N {
-                let (e, first, second) = shares(line.k[t] * depth);
-                through[t] = first + e;
-                let upwind_source = fma(scattering[t], inverse, own * own_source[t]);
-                let source = if clear { upwind_source } else { own_source[t] };
-                radiance[t] = fma(incoming[t], e, fma(upwind_source, first, source * second));
+simd! {
+    fn march_row<const N: usize>(line: &Line<N>, before: &[Row<N>], done: &mut Row<N>, out: &mut [Lanes<N>]) {
+        let (count, harmonics) = (line.beams.len(), line.sources.scattered.count);
+        let columns = done.sigma.len() - 2 * line.margin;
+        for column in 0..columns {
+            let cell = line.first + column * line.stride;
+            let sigma = line.cells.sigma[cell];
+            let glow = line.sources.glow.map_or([0.0; N], |glow| glow[cell]);
+            let source = line.sources.scattered.cell(cell);
+            let moments = &mut out[(cell - line.base) * harmonics..][..harmonics];
+            let here = column + line.margin;
+            (done.sigma[here], done.glow[here]) = (sigma, glow);
+            let (mut own_sources, mut radiances) = ([[0.0; N]; TOGETHER], [[0.0; N]; TOGETHER]);
+            for mirrors in line.mirrors {
+                mirrors.sources(source, &mut own_sources);
             }
-            if line.sources.glow.is_some() {
-                let coming = blend(four(|r| &r.glow, 1, 0), &beam.weights);
+            for (b, beam) in line.beams.iter().enumerate() {
+                let own_source = own_sources[b];
+                let row = (line.row + line.margin).saturating_add_signed(beam.shift[1]).min(before.len() - 2);
+                let rows = [&before[row], &before[row + 1]];
+                let at = here.saturating_add_signed(beam.shift[0]).min(done.sigma.len() - 2);
+                let four = |values: fn(&Row<N>) -> &[Lanes<N>], stride: usize, b: usize| {
+                    let place = |i: usize| (at + i) * stride + b;
+                    [&values(rows[0])[place(0)], &values(rows[0])[place(1)], &values(rows[1])[place(0)], &values(rows[1])[place(1)]]
+                };
+                let incoming = blend(four(|r| &r.radiance, count, b), &beam.weights);
+                let scattering = blend(four(|r| &r.scattering, count, b), &beam.weights);
+                let w = &beam.weights;
+                let upwind =
+                    fma(w[0], rows[0].sigma[at], w[1] * rows[0].sigma[at + 1]) + fma(w[2], rows[1].sigma[at], w[3] * rows[1].sigma[at + 1]);
+                // Where no dust is, its source function is that of the dust beside it.
+                let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
+                let clear = sigma <= line.cells.least;
+                let depth = 0.5 * (upwind + sigma) * beam.length_pc;
+                let (mut radiance, mut through) = ([0.0; N], [0.0; N]);
                 for t in 0..N {
-                    radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, through[t], radiance[t]);
+                    let (e, first, second) = shares(line.k[t] * depth);
+                    through[t] = first + e;
+                    let upwind_source = fma(scattering[t], inverse, own * own_source[t]);
+                    let source = if clear { upwind_source } else { own_source[t] };
+                    radiance[t] = fma(incoming[t], e, fma(upwind_source, first, source * second));
+                }
+                if line.sources.glow.is_some() {
+                    let coming = blend(four(|r| &r.glow, 1, 0), &beam.weights);
+                    for t in 0..N {
+                        radiance[t] = fma(0.5 * (coming[t] + glow[t]) * beam.length_pc, through[t], radiance[t]);
+                    }
+                }
+                radiances[b] = radiance;
+                done.radiance[here * count + b] = radiance;
+                for t in 0..N {
+                    done.scattering[here * count + b][t] = own_source[t] * sigma;
                 }
             }
-            radiances[b] = radiance;
-            done.radiance[here * count + b] = radiance;
-            for t in 0..N {
-                done.scattering[here * count + b][t] = own_source[t] * sigma;
+            for mirrors in line.mirrors {
+                mirrors.gather(&radiances, moments);
             }
-        }
-        for mirrors in line.mirrors {
-            mirrors.gather(&radiances, moments);
         }
     }
 }

@@ -139,7 +139,7 @@ impl Sampling {
 /// Samples in a voxel edge with which the truth is marched.
 fn finest(space: &SpatialPlan) -> f64 {
     let voxel_depth = space.dust.as_ref().map_or(0.0, |_| f64::from(space.bricks[0].largest()) * space.voxel_pc());
-    let edge = space.dust.as_ref().map_or(1, |d| d.lattice.dims.into_iter().max().unwrap_or(1)) as f64;
+    let edge = space.dust.as_ref().map_or(1, |d| d.lattice().dims.into_iter().max().unwrap_or(1)) as f64;
     (TRUTH_PER_DEPTH * voxel_depth).max((TRUTH_PER_EDGE / edge).min(0.5 * TRUTH.1)).clamp(TRUTH.0, TRUTH.1)
 }
 

@@ -224,9 +224,9 @@ mod tests {
 
     use super::*;
     use crate::field::Plummer;
+    use crate::fixtures::{ball, dust, on_axis, scene, star};
     use crate::plan::{Options, Plan};
     use crate::scene::{Emission, Method};
-    use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
     /// Pilots that keep no star depths march as those that do, bit by bit: by the fields themselves, and by the plan's
     /// volumes where stars have no depths of their own there.

@@ -122,7 +122,7 @@ fn around_stars(camera: &Camera, space: &SpatialPlan) -> HashSet<(usize, usize)>
 /// where that would be more than half of a small picture.
 fn on_edges(camera: &Camera, space: &SpatialPlan) -> Vec<SampledPixel> {
     let even = (camera.width * camera.height) as f64 / (EDGE * EDGE) as f64;
-    let bounds = space.dust.as_ref().map(|d| d.lattice.bounds);
+    let bounds = space.dust.as_ref().map(|d| d.lattice().bounds);
     let mut pixels = Vec::new();
     for (axis, corner) in (0..12).map(|i| (i / 4, i % 4)) {
         let Some(bounds) = bounds else { break };
@@ -208,8 +208,8 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
+    use crate::fixtures::{ball, dust, on_axis, scene, star};
     use crate::plan::{Options, Plan};
-    use crate::test_scenes::{ball, dust, on_axis, scene, star};
 
     /// The sample stands for every pixel once: the mean of a smooth picture is that of the sample, also where a star
     /// stands.

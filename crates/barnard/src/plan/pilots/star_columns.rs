@@ -77,10 +77,10 @@ mod tests {
     use super::*;
     use crate::control::Control;
     use crate::field::{Grid, Lattice};
+    use crate::fixtures::{dust, on_axis, scene, star};
     use crate::geometry::Bounds;
     use crate::plan::{Options, Plan};
     use crate::random::Counter;
-    use crate::test_scenes::{dust, on_axis, scene, star};
 
     /// Cubics are exact, at knots and between them.
     #[test]

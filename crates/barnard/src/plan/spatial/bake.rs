@@ -64,7 +64,7 @@ pub(in crate::plan) fn baked(
     control: &Control,
 ) -> Result<Grid> {
     if let Some(grid) = field.grid() {
-        let longest = grid.lattice.dims.into_iter().max().unwrap_or(1);
+        let longest = grid.lattice().dims.into_iter().max().unwrap_or(1);
         let merged = longest.div_ceil(resolution.most.max(1));
         let scaled = if merged > 1 { grid.merged(merged, factor) } else { grid.scaled(factor) };
         scaled.check(what)?;
@@ -72,7 +72,7 @@ pub(in crate::plan) fn baked(
     }
     let lattice = Lattice::along(field.bounds(), edge(field, settings, resolution));
     memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, settings.memory_limit)?;
-    let grid = Grid::of_function(field, lattice, factor, control)?;
+    let grid = Grid::from_function(field, lattice, factor, control)?;
     grid.check(what)?;
     Ok(grid)
 }

@@ -63,7 +63,7 @@ impl SpatialPlan {
         let bytes = self.precision.bytes() * ((wanted.0 + wanted.1 + wanted.2) * held.cells()) as u64;
         memory::check("volumes of a brick", bytes, memory_limit)?;
         let grid = |what: &'static str, data: Vec<f32>| match data.len() == held.cells() {
-            true => Ok(Grid::of(held.clone(), data)),
+            true => Ok(Grid::from_lattice(held.clone(), data)),
             false => Err(Error::value(what, format!("{} values", data.len()), format!("{} values, as many as voxels", held.cells()))),
         };
         let dust = dust.map(|data| grid("dust of a brick", data)).transpose()?;

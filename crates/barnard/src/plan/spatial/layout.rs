@@ -9,7 +9,8 @@ use crate::field::{Grid, Lattice};
 use crate::memory;
 use crate::plan::star_depths::{self, Progress};
 use crate::plan::{ManyLights, Settings, many_lights};
-use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Pages, Sparsity, Volume};
+use crate::scene::Sparsity;
+use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Pages, Volume};
 
 /// The longest segment of a ray, where none was asked for [voxels].
 const LONGEST_SEGMENT: f64 = 2.0;
@@ -59,11 +60,11 @@ impl SpatialPlan {
     pub(super) fn lay_out(&mut self, factor: usize, stars: &[usize], settings: &Settings, control: &Control) -> Result<()> {
         let mut parts: Vec<(Lattice, Channel)> = Vec::new();
         if let Some(dust) = &self.dust {
-            parts.push((dust.lattice.clone(), Channel::Dust));
-            let lattice = dust.lattice.refined(factor);
+            parts.push((dust.lattice().clone(), Channel::Dust));
+            let lattice = dust.lattice().refined(factor);
             parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
         }
-        parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice.clone(), Channel::Emission(species))));
+        parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice().clone(), Channel::Emission(species))));
         self.volumes.clear();
         let mut volumes: Vec<Volume> = Vec::new();
         while let Some((lattice, _)) = parts.first().cloned() {
@@ -131,7 +132,7 @@ impl SpatialPlan {
 
     /// The bytes of star depths of `factor` voxels along one of dust.
     pub fn star_bytes(&self, factor: usize) -> u64 {
-        let cells = self.dust.as_ref().map_or(0, |d| d.lattice.cells() as u64);
+        let cells = self.dust.as_ref().map_or(0, |d| d.lattice().cells() as u64);
         let held = self.marched.first().and_then(|star| self.star_channel(*star)).map_or(1.0, |(volume, _)| volume.held());
         let bytes = self.precision.bytes() * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64);
         (held * bytes as f64) as u64

@@ -22,9 +22,9 @@ use crate::plan::many_lights;
 use crate::plan::many_lights::ManyLights;
 use crate::plan::spatial::bake::{BakeResolution, OWN, baked};
 use crate::plan::{Settings, Spatial, star_depths};
-use crate::scene::Scene;
+use crate::scene::{Scene, Sparsity};
 use crate::stored::Precision;
-use crate::volume::{Bricks, Channel, Sparsity, Volume};
+use crate::volume::{Bricks, Channel, Volume};
 
 /// Depth at V that no light of any wavelength comes through, from an eye through all dust to a star.
 const DEEPEST: f64 = 10.0 * star_depths::OPAQUE;
@@ -83,7 +83,7 @@ fn cloud(scene: &Scene) -> Option<(Fbm, f64)> {
 
 /// Edges of the voxels of some grids \[pc\], each kind once.
 fn voxels<'a>(grids: impl Iterator<Item = &'a Grid>) -> Vec<DVec3> {
-    let mut voxels: Vec<DVec3> = grids.map(|g| g.lattice.voxel_pc()).collect();
+    let mut voxels: Vec<DVec3> = grids.map(|g| g.lattice().voxel_pc()).collect();
     voxels.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap_or(std::cmp::Ordering::Equal));
     voxels.dedup();
     voxels
@@ -91,7 +91,7 @@ fn voxels<'a>(grids: impl Iterator<Item = &'a Grid>) -> Vec<DVec3> {
 
 /// The smallest box around what is not empty.
 fn occupied<'a>(grids: impl Iterator<Item = &'a Grid>, bricks: &[Bricks]) -> Option<Bounds> {
-    grids.zip(bricks).filter_map(|(g, b)| b.occupied(&g.lattice.bounds)).reduce(|a, b| a.union(&b))
+    grids.zip(bricks).filter_map(|(g, b)| b.occupied(&g.lattice().bounds)).reduce(|a, b| a.union(&b))
 }
 
 impl SpatialPlan {
@@ -160,7 +160,7 @@ impl SpatialPlan {
     pub fn sampled_edge(&self) -> Option<usize> {
         let grids = self.dust.iter().map(|d| &**d).chain(&self.emission);
         let sampled = grids.zip(&self.densities).filter(|(_, field)| field.grid().is_none());
-        sampled.filter_map(|(grid, _)| grid.lattice.dims.into_iter().max()).min()
+        sampled.filter_map(|(grid, _)| grid.lattice().dims.into_iter().max()).min()
     }
 
     /// σ at V [pc⁻¹] at a place, of the field itself.
@@ -285,7 +285,7 @@ impl SpatialPlan {
     /// Where there is one, with its name.
     pub fn check_stars(&self, scene: &Scene) -> Result<()> {
         let Some(dust) = &self.dust else { return Ok(()) };
-        let edge = dust.lattice.voxel_pc().max_element();
+        let edge = dust.lattice().voxel_pc().max_element();
         for star in &scene.stars {
             let own = dust.at(star.position) * edge;
             if own > SWALLOWED {

@@ -179,9 +179,9 @@ impl SpatialPlan {
 mod tests {
     use super::*;
     use crate::field::Fbm;
+    use crate::fixtures::{dust, on_axis, scene, star};
     use crate::plan::{Options, Plan};
     use crate::stored::Precision;
-    use crate::test_scenes::{dust, on_axis, scene, star};
 
     const BEFORE: DVec3 = DVec3::new(-0.3, 0.4, 0.2);
     const THERE: DVec3 = DVec3::new(0.5, 0.1, -0.3);

@@ -1,6 +1,6 @@
 //! Depths of voxels between the rays beside them: cubic along both axes of a plane, within the two nearest.
 
-use multiversion::multiversion;
+use spectra::simd;
 
 use crate::packet::LANES;
 use crate::plan::star_depths::OPAQUE;
@@ -24,33 +24,35 @@ pub(super) struct Places {
     pub first_ray: usize,
 }
 
-/// Interpolates a line of voxels from the rays of its row.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-pub(super) fn cubic_line(line: &mut [f32], rays: &[f32], places: &Places) {
-    for (chunk, line) in line.chunks_mut(LANES).enumerate() {
-        let (mut second, mut between, mut four) = ([0; LANES], [0.0; LANES], [[0.0; LANES]; 4]);
-        for lane in 0..LANES {
-            let (i, f) = beside(places.first + (places.voxel + chunk * LANES + lane) as f64 * places.step, places.counts);
-            (second[lane], between[lane]) = (i - places.first_ray.min(i - 1), f);
+simd! {
+    /// Interpolates a line of voxels from the rays of its row.
+    pub(super) fn cubic_line(line: &mut [f32], rays: &[f32], places: &Places) {
+        for (chunk, line) in line.chunks_mut(LANES).enumerate() {
+            let (mut second, mut between, mut four) = ([0; LANES], [0.0; LANES], [[0.0; LANES]; 4]);
+            for lane in 0..LANES {
+                let (i, f) = beside(places.first + (places.voxel + chunk * LANES + lane) as f64 * places.step, places.counts);
+                (second[lane], between[lane]) = (i - places.first_ray.min(i - 1), f);
+            }
+            for lane in 0..LANES {
+                let own = &rays[(second[lane] - 1).min(rays.len() - 4)..][..4];
+                (0..4).for_each(|i| four[i][lane] = own[i]);
+            }
+            let mut swept = [0.0; LANES];
+            for lane in 0..LANES {
+                let value = cubic([four[0][lane], four[1][lane], four[2][lane], four[3][lane]], between[lane]);
+                swept[lane] = if value > 0.0 { value } else { 0.0 };
+            }
+            line.copy_from_slice(&swept[..line.len()]);
         }
-        for lane in 0..LANES {
-            let own = &rays[(second[lane] - 1).min(rays.len() - 4)..][..4];
-            (0..4).for_each(|i| four[i][lane] = own[i]);
-        }
-        let mut swept = [0.0; LANES];
-        for lane in 0..LANES {
-            let value = cubic([four[0][lane], four[1][lane], four[2][lane], four[3][lane]], between[lane]);
-            swept[lane] = if value > 0.0 { value } else { 0.0 };
-        }
-        line.copy_from_slice(&swept[..line.len()]);
     }
 }
 
-/// Interpolates four rows value by value with `cubic`.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-pub(super) fn cubic_rows(out: &mut [f32], [a, b, c, d]: [&[f32]; 4], t: f32) {
-    for i in 0..out.len() {
-        out[i] = cubic([a[i], b[i], c[i], d[i]], t);
+simd! {
+    /// Interpolates four rows value by value with `cubic`.
+    pub(super) fn cubic_rows(out: &mut [f32], [a, b, c, d]: [&[f32]; 4], t: f32) {
+        for i in 0..out.len() {
+            out[i] = cubic([a[i], b[i], c[i], d[i]], t);
+        }
     }
 }
 

@@ -25,8 +25,8 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use multiversion::multiversion;
 use rayon::prelude::*;
+use spectra::simd;
 
 use crate::control::Control;
 use crate::error::Result;
@@ -339,41 +339,42 @@ struct Line {
     first_ray: usize,
 }
 
-/// Adds to the depths of a row of rays what an interval gives them, σ given along u at its two Gauss points; the last
-/// value of each row stands twice.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut [f32]) {
-    for (chunk, (gains, depths)) in gains.chunks_mut(LANES).zip(depths.chunks_mut(LANES)).enumerate() {
-        let number = lanes!(|lane| (line.first_ray + chunk * LANES + lane) as f32);
-        let mut sum = [0.0; LANES];
-        for (row, (first, step)) in rows.iter().zip(line.samples) {
-            let (held, last) = (line.held as u32, row.len() as u32 - 2);
-            let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
-            for lane in 0..LANES {
-                let at = place(fma(number[lane], step, first), line.cells);
-                (cell[lane], fraction[lane]) = (at.cell.saturating_sub(held).min(last), at.fraction);
+simd! {
+    /// Adds to the depths of a row of rays what an interval gives them, σ given along u at its two Gauss points; the last
+    /// value of each row stands twice.
+    fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut [f32]) {
+        for (chunk, (gains, depths)) in gains.chunks_mut(LANES).zip(depths.chunks_mut(LANES)).enumerate() {
+            let number = lanes!(|lane| (line.first_ray + chunk * LANES + lane) as f32);
+            let mut sum = [0.0; LANES];
+            for (row, (first, step)) in rows.iter().zip(line.samples) {
+                let (held, last) = (line.held as u32, row.len() as u32 - 2);
+                let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
+                for lane in 0..LANES {
+                    let at = place(fma(number[lane], step, first), line.cells);
+                    (cell[lane], fraction[lane]) = (at.cell.saturating_sub(held).min(last), at.fraction);
+                }
+                let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+                for lane in 0..LANES {
+                    let pair = &row[cell[lane] as usize..][..2];
+                    (low[lane], high[lane]) = (pair[0], pair[1]);
+                }
+                for lane in 0..LANES {
+                    sum[lane] += fma(fraction[lane], high[lane] - low[lane], low[lane]);
+                }
             }
-            let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-            for lane in 0..LANES {
-                let pair = &row[cell[lane] as usize..][..2];
-                (low[lane], high[lane]) = (pair[0], pair[1]);
+            let gain = lanes!(|lane| {
+                let u = fma(number[lane], line.across.1, line.across.0);
+                fma(u, u, line.flat).sqrt() * line.half * sum[lane]
+            });
+            if let (Ok(gains), Ok(depths)) = (<&mut Lane>::try_from(&mut *gains), <&mut Lane>::try_from(&mut *depths)) {
+                *gains = gain;
+                for lane in 0..LANES {
+                    depths[lane] += gain[lane];
+                }
+            } else {
+                gains.copy_from_slice(&gain[..gains.len()]);
+                depths.iter_mut().zip(gain).for_each(|(depth, gain)| *depth += gain);
             }
-            for lane in 0..LANES {
-                sum[lane] += fma(fraction[lane], high[lane] - low[lane], low[lane]);
-            }
-        }
-        let gain = lanes!(|lane| {
-            let u = fma(number[lane], line.across.1, line.across.0);
-            fma(u, u, line.flat).sqrt() * line.half * sum[lane]
-        });
-        if let (Ok(gains), Ok(depths)) = (<&mut Lane>::try_from(&mut *gains), <&mut Lane>::try_from(&mut *depths)) {
-            *gains = gain;
-            for lane in 0..LANES {
-                depths[lane] += gain[lane];
-            }
-        } else {
-            gains.copy_from_slice(&gain[..gains.len()]);
-            depths.iter_mut().zip(gain).for_each(|(depth, gain)| *depth += gain);
         }
     }
 }

@@ -222,7 +222,7 @@ mod tests {
     fn sweeps_agree_with_exact_columns() {
         let grid = waves([48; 3]);
         for star in STARS {
-            let (rms, worst) = differences(&grid, &grid.lattice, star);
+            let (rms, worst) = differences(&grid, grid.lattice(), star);
             assert!(rms < 3e-3 && worst < 6e-2, "{star}: {rms:.1e} {worst:.1e}");
         }
     }
@@ -253,9 +253,9 @@ mod tests {
             let grid = waves([edge, 20, 18]);
             for star in STARS {
                 let baked = |pages: fn([usize; 3]) -> Pages| {
-                    let dims = Volume::zeroed(&grid.lattice, Vec::new()).lattice.dims;
+                    let dims = Volume::zeroed(grid.lattice(), Vec::new()).lattice.dims;
                     let channels = vec![Channel::Dust, Channel::StarDepth(0)];
-                    let mut volume = Volume::with_pages(&grid.lattice, channels, Precision::Single, pages(dims));
+                    let mut volume = Volume::with_pages(grid.lattice(), channels, Precision::Single, pages(dims));
                     bake(&grid, star, ChannelMut { volume: &mut volume, slot: 1 }, Progress::UNHEARD, &Control::default()).unwrap();
                     (volume.pages().count(), volume.rows().flat_map(|row| row.into_owned()).collect::<Vec<_>>())
                 };
@@ -273,7 +273,7 @@ mod tests {
         for dims in [[33, 20, 27], [40, 3, 5], [1, 24, 24], [2, 2, 90]] {
             let grid = waves(dims);
             for star in STARS {
-                let (rms, worst) = differences(&grid, &grid.lattice, star);
+                let (rms, worst) = differences(&grid, grid.lattice(), star);
                 assert!(rms < 5e-2 && worst < 0.2, "{dims:?} {star}: {rms:.1e} {worst:.1e}");
             }
         }
@@ -284,7 +284,7 @@ mod tests {
     fn finer_depths_are_swept() {
         let grid = waves([24; 3]);
         for star in STARS {
-            let (rms, worst) = differences(&grid, &grid.lattice.refined(2), star);
+            let (rms, worst) = differences(&grid, &grid.lattice().refined(2), star);
             assert!(rms < 4e-3 && worst < 6e-2, "{star}: {rms:.1e} {worst:.1e}");
         }
     }

@@ -24,12 +24,12 @@ pub struct Part<'a> {
 impl<'a> Part<'a> {
     /// All of the dust.
     pub fn whole(grid: &'a Grid) -> Self {
-        Self { grid, first: [0; 3], dims: grid.lattice.dims }
+        Self { grid, first: [0; 3], dims: grid.lattice().dims }
     }
 
     /// Voxels of the part along an axis.
     pub fn held(&self, axis: usize) -> Range<usize> {
-        self.first[axis]..self.first[axis] + self.grid.lattice.dims[axis]
+        self.first[axis]..self.first[axis] + self.grid.lattice().dims[axis]
     }
 }
 
@@ -59,7 +59,7 @@ impl<'a> Planes<'a> {
     /// Writes σ on the plane at `w` [voxels of dust] within a window of the part's columns and rows; what `out` holds
     /// elsewhere means nothing.
     pub fn slab(&mut self, w: f64, [columns, rows]: &[Range<usize>; 2], out: &mut Vec<f32>) {
-        let [nu, nv, nw] = self.axes.map(|a| self.dust.grid.lattice.dims[a]);
+        let [nu, nv, nw] = self.axes.map(|a| self.dust.grid.lattice().dims[a]);
         let (whole, first) = (self.dust.dims[self.axes[2]], self.dust.first[self.axes[2]]);
         let plane = (w as usize).min(whole - 1);
         let local = |plane: usize| plane.min(whole - 1).saturating_sub(first).min(nw - 1);
@@ -78,7 +78,7 @@ impl<'a> Planes<'a> {
 
     fn copy(&mut self, first: usize, count: usize) {
         let grid = self.dust.grid;
-        let ([nu, nv, _], across) = (self.axes.map(|a| grid.lattice.dims[a]), self.axes[2]);
+        let ([nu, nv, _], across) = (self.axes.map(|a| grid.lattice().dims[a]), self.axes[2]);
         self.block.resize(count * nu * nv, 0.0);
         self.block.par_chunks_exact_mut(count * nu).enumerate().with_min_len(ROWS_TOGETHER).for_each(|(v, rows)| {
             if across == 0 {

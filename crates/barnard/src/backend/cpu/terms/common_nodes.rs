@@ -1,7 +1,7 @@
 //! Nodes that all bands share: each light is summed at each node, and the sums become bands at the end of a ray.
 
-use multiversion::multiversion;
 use spectra::rule::Form;
+use spectra::simd;
 
 use super::{Bases, DepthSpan, NodeTerms};
 use crate::packet::{LANES, Lane, fma};
@@ -94,20 +94,21 @@ impl CommonTerms {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma+bmi1+bmi2", "x86_64+avx2+fma+bmi1+bmi2", "aarch64+neon"))]
-fn resolve(terms: &CommonTerms, sum: &[Lane], radiance: &mut [f32]) {
-    let count = terms.nodes.k.len();
-    for (share, out) in terms.bands.iter().zip(radiance.chunks_exact_mut(LANES)) {
-        let mut band = [0.0; LANES];
-        for (weights, own) in share.weights.iter().zip(sum.chunks_exact(count)) {
-            for (weight, own) in weights.iter().zip(&own[share.first..]) {
-                for lane in 0..LANES {
-                    band[lane] = fma(*weight, own[lane], band[lane]);
+simd! {
+    fn resolve(terms: &CommonTerms, sum: &[Lane], radiance: &mut [f32]) {
+        let count = terms.nodes.k.len();
+        for (share, out) in terms.bands.iter().zip(radiance.chunks_exact_mut(LANES)) {
+            let mut band = [0.0; LANES];
+            for (weights, own) in share.weights.iter().zip(sum.chunks_exact(count)) {
+                for (weight, own) in weights.iter().zip(&own[share.first..]) {
+                    for lane in 0..LANES {
+                        band[lane] = fma(*weight, own[lane], band[lane]);
+                    }
                 }
             }
-        }
-        for lane in 0..LANES {
-            out[lane] += band[lane];
+            for lane in 0..LANES {
+                out[lane] += band[lane];
+            }
         }
     }
 }

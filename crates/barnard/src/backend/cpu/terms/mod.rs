@@ -12,6 +12,7 @@ mod projection;
 mod sampled;
 
 use spectra::rule::Form;
+use spectra::simd;
 
 use crate::packet::{LANES, Lane, lanes};
 use crate::plan::{Plan, Weights};
@@ -130,17 +131,8 @@ impl Terms {
     }
 
     /// Adds base · ⟨D⟩ to the sum of every term of `light` that has a base.
-    #[inline(always)]
     pub fn accumulate(&self, light: usize, drawn: &Drawn, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
-        match self {
-            Terms::Nodes(nodes) => nodes.accumulate(span, bases, sum),
-            Terms::CommonNodes(common) => common.accumulate(light, span, bases, sum),
-            Terms::Lookup(lookup) => lookup.accumulate(light, span, bases, sum),
-            Terms::Analytic(analytic) => analytic.accumulate(light, span, bases, sum),
-            Terms::Projection(projection) => projection.accumulate(span, bases, sum),
-            Terms::Preintegrated(preintegrated) => preintegrated.accumulate(light, span, bases, sum),
-            Terms::Sampled(_) => drawn.accumulate(light, span, bases, sum),
-        }
+        accumulate(self, light, drawn, span, bases, sum);
     }
 
     /// D of one term at one depth of one ray [1].
@@ -153,6 +145,20 @@ impl Terms {
             Terms::Projection(projection) => projection.at(term, depth),
             Terms::Preintegrated(preintegrated) => preintegrated.at(term, depth),
             Terms::Sampled(_) => drawn.at(light, lane, term, depth),
+        }
+    }
+}
+
+simd! {
+    fn accumulate(terms: &Terms, light: usize, drawn: &Drawn, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
+        match terms {
+            Terms::Nodes(nodes) => nodes.accumulate(span, bases, sum),
+            Terms::CommonNodes(common) => common.accumulate(light, span, bases, sum),
+            Terms::Lookup(lookup) => lookup.accumulate(light, span, bases, sum),
+            Terms::Analytic(analytic) => analytic.accumulate(light, span, bases, sum),
+            Terms::Projection(projection) => projection.accumulate(span, bases, sum),
+            Terms::Preintegrated(preintegrated) => preintegrated.accumulate(light, span, bases, sum),
+            Terms::Sampled(_) => drawn.accumulate(light, span, bases, sum),
         }
     }
 }

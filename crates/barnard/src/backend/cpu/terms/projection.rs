@@ -211,7 +211,7 @@ mod tests {
     use spectra::quadrature::gauss_legendre;
 
     use super::*;
-    use crate::test_scenes::{ball, dust, on_axis, scene, star};
+    use crate::fixtures::{ball, dust, on_axis, scene, star};
 
     /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short spans, long ones, and
     /// such as leave the table.

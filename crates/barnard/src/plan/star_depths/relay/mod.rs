@@ -277,8 +277,8 @@ impl Relay {
     /// Dust that must be that of some voxels.
     fn part<'a>(&self, dust: &'a Grid, voxels: &[Range<usize>; 3]) -> Result<Part<'a>> {
         let wanted = voxels.each_ref().map(|v| v.len());
-        if dust.lattice.dims != wanted {
-            return Err(Error::value("dust of a brick", format!("{:?} voxels", dust.lattice.dims), format!("{wanted:?} voxels")));
+        if dust.lattice().dims != wanted {
+            return Err(Error::value("dust of a brick", format!("{:?} voxels", dust.lattice().dims), format!("{wanted:?} voxels")));
         }
         Ok(Part { grid: dust, first: voxels.each_ref().map(|v| v.start), dims: self.partition.lattice().dims })
     }

@@ -7,11 +7,11 @@ use crate::volume::{Channel, ChannelMut, Volume};
 
 /// A part of a grid as a grid of its own.
 fn part(grid: &Grid, voxels: &[Range<usize>; 3]) -> Grid {
-    let lattice = grid.lattice.part(voxels);
+    let lattice = grid.lattice().part(voxels);
     let rows = voxels[2].clone().flat_map(|z| voxels[1].clone().map(move |y| (y, z)));
     let values = grid.values();
-    let data = rows.flat_map(|(y, z)| values[grid.lattice.row(voxels[0].clone(), y, z)].to_vec()).collect();
-    Grid::of(lattice, data)
+    let data = rows.flat_map(|(y, z)| values[grid.lattice().row(voxels[0].clone(), y, z)].to_vec()).collect();
+    Grid::from_lattice(lattice, data)
 }
 
 /// Rays of all tiers: depths and entries.
@@ -50,11 +50,11 @@ fn pass(grid: &Grid, relay: &Relay, layers: &[Layer], pass: Pass, mut all: All, 
 
 /// The depths of all voxels by bricks.
 fn by_bricks(grid: &Grid, cuts: &[Vec<usize>; 3], star: DVec3) -> Vec<f32> {
-    let relay = Relay::new(Partition::new(grid.lattice.clone(), cuts.clone()).unwrap(), star);
+    let relay = Relay::new(Partition::new(grid.lattice().clone(), cuts.clone()).unwrap(), star);
     let layers = relay.layers();
-    let mut depths = vec![f32::NAN; grid.lattice.cells()];
+    let mut depths = vec![f32::NAN; grid.lattice().cells()];
     if let Some([x, y, z]) = relay.own_voxel() {
-        depths[grid.lattice.index(x, y, z)] = 0.0;
+        depths[grid.lattice().index(x, y, z)] = 0.0;
     }
     for frustum in 0..6 {
         let own: Vec<Layer> = layers.iter().filter(|layer| layer.frustum == frustum).cloned().collect();
@@ -70,7 +70,7 @@ fn by_bricks(grid: &Grid, cuts: &[Vec<usize>; 3], star: DVec3) -> Vec<f32> {
             for (i, value) in values.into_iter().enumerate().filter(|(_, value)| !value.is_nan()) {
                 let [nx, ny] = [own[0].len(), own[1].len()];
                 let [x, y, z] = [own[0].start + i % nx, own[1].start + i / nx % ny, own[2].start + i / (nx * ny)];
-                depths[grid.lattice.index(x, y, z)] = value;
+                depths[grid.lattice().index(x, y, z)] = value;
             }
         });
     }
@@ -78,9 +78,9 @@ fn by_bricks(grid: &Grid, cuts: &[Vec<usize>; 3], star: DVec3) -> Vec<f32> {
 }
 
 fn whole(grid: &Grid, star: DVec3) -> Vec<f32> {
-    let mut volume = Volume::zeroed(&grid.lattice, vec![Channel::StarDepth(0)]);
+    let mut volume = Volume::zeroed(grid.lattice(), vec![Channel::StarDepth(0)]);
     sweep(grid, star, &mut ChannelMut { volume: &mut volume, slot: 0 }, &Control::default(), |_| ()).unwrap();
-    (0..grid.lattice.cells()).map(|i| volume.value(volume.index(grid.lattice.place(i)), 0)).collect()
+    (0..grid.lattice().cells()).map(|i| volume.value(volume.index(grid.lattice().place(i)), 0)).collect()
 }
 
 /// Waves with walls in them, in voxels of unequal edges, and stars inside, on borders between bricks, on faces and
@@ -94,11 +94,11 @@ fn bricks_have_the_depths_of_the_whole() {
         4.0 * (0.5 + 0.5 * (9.0 * p.x).sin() * (7.0 * p.y + 3.0 * p.z).cos()) + wall
     });
     let cuts = [vec![0, 9, 20, 41], vec![0, 16, 30], vec![0, 12, 13, 30, 37]];
-    let between = grid.lattice.bounds.low + DVec3::new(20.0, 16.0, 12.0) * grid.lattice.voxel_pc();
+    let between = grid.lattice().bounds.low + DVec3::new(20.0, 16.0, 12.0) * grid.lattice().voxel_pc();
     let stars = [
         DVec3::new(0.1, -0.2, 0.3),
         between,
-        grid.lattice.centre(20, 4, 12),
+        grid.lattice().centre(20, 4, 12),
         DVec3::new(0.0, 0.0, -1.0),
         DVec3::new(1.0, 1.2, 1.0),
         DVec3::new(1.01, -0.99, 0.0),

@@ -1,0 +1,53 @@
+"""Limits that only shrink: crates of the minimal build and lines of a source file. Usage: python3 .ci/sizes.py"""
+
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).parent.parent
+# Crates that `cargo run --release` compiles, Barnard's own among them.
+MOST_CRATES = 163
+MOST_LINES = 450
+# Longer files and their lines: split them, then lower or delete their row.
+LONGER = {
+    "crates/barnard/src/plates/mod.rs": 455,  # checks of plate files and mixtures of plates
+    "crates/files/tests/inputs.rs": 710,  # one table of damaged inputs per reader
+    "crates/fit/src/solve/mod.rs": 545,  # solver, sampler and their results
+    "crates/gpu/src/twins.rs": 471,  # one comparison per shader function
+    "crates/ionisation/src/balance.rs": 495,  # one balance with all its rates
+    "crates/scene/src/instrument/exposures.rs": 473,  # exposure, read-out and calibration
+    "crates/scene/src/picture/camera/mod.rs": 511,  # camera and its lens
+    "crates/scene/src/picture/image/glare.rs": 527,  # kernels of glare and their convolution
+    "crates/scene/src/scene/mod.rs": 534,  # scene and its reader
+    "crates/viewer/src/app/mod.rs": 491,  # window and its commands
+    "crates/viewer/src/document.rs": 451,  # text of a scene and its edits
+    "crates/viewer/src/studio.rs": 604,  # stand and shots of the studio
+    "python/barnard/scene.py": 575,  # scene and its operations
+    "python/barnard/tables.py": 2307,  # generated from the catalogues
+    "python/tests/test_inputs.py": 525,  # one table of inputs per reader
+    "python/tests/test_instrument.py": 472,  # instruments and exposures
+}
+
+
+def main():
+    wrong = []
+    tree = ["cargo", "tree", "-e", "normal,build", "--prefix", "none", "--no-dedupe"]
+    lines = subprocess.run(tree, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
+    crates = {tuple(line.split()[:2]) for line in lines if line}
+    print(f"{len(crates)} crates in the minimal build, at most {MOST_CRATES}")
+    if len(crates) > MOST_CRATES:
+        wrong.append(f"the minimal build has {len(crates)} crates; remove dependencies or make them optional")
+    files = [path for folder in ("crates", "python") for pattern in ("*.rs", "*.py", "*.wgsl") for path in (ROOT / folder).rglob(pattern)]
+    for path in sorted(files):
+        name = path.relative_to(ROOT).as_posix()
+        count = len(path.read_text().splitlines())
+        if count > LONGER.get(name, MOST_LINES):
+            wrong.append(f"{name} has {count} lines, at most {LONGER.get(name, MOST_LINES)}; split it")
+        elif count <= MOST_LINES and name in LONGER:
+            wrong.append(f"{name} has {count} lines; delete its row in .ci/sizes.py")
+    wrong += [f"{name} does not exist; delete its row in .ci/sizes.py" for name in LONGER if not (ROOT / name).exists()]
+    print("\n".join(wrong) or f"no other source file has more than {MOST_LINES} lines")
+    sys.exit(bool(wrong))
+
+
+main()

@@ -1,0 +1,15 @@
+//! Foundations: errors, control of long work, memory limits, geometry, random numbers, stored arrays, and the property tree.
+
+pub mod blocks;
+pub mod control;
+pub mod curve;
+pub mod data;
+pub mod error;
+pub mod fourier;
+pub mod geometry;
+pub mod keywords;
+pub mod memory;
+pub mod place;
+pub mod properties;
+pub mod random;
+pub mod stored;

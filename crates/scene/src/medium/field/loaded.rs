@@ -1,0 +1,358 @@
+//! A field from a file: an array of NumPy, a FITS cube, an HDF5 dataset, or an OpenVDB grid.
+
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use spectra::constants::HYDROGEN_MASS;
+use spectra::units::{ExtinctionCoefficient, MassDensity, NumberDensity, Quantity};
+
+use super::dust_map::DustMap;
+use super::placement::Placement;
+use super::{Field, Grid};
+use crate::blocks::Storage;
+use crate::data::{InputNote, Inputs, Numbers};
+use crate::error::{Error, Result};
+use crate::geometry::Bounds;
+use crate::properties::{Key, Kind, Section};
+use crate::stored::too_small;
+
+pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
+    name: "grid",
+    summary: "a three-dimensional array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres",
+    keys: &[
+        Key::required("file", "path", "the file, relative to the scene"),
+        Key::optional(
+            "array",
+            "text",
+            "the only one",
+            "name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME of the HDU in a FITS file",
+        ),
+        Key::optional("axes", "text", "xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)", "what the array's axes are, slowest first"),
+        Key::optional(
+            "low",
+            "position",
+            "the file's own, or from voxel",
+            "lowest corner of the box that the voxels fill; where the file's own frame or voxel says the box, of the part of it that is read, to whole voxels",
+        ),
+        Key::optional("high", "position", "the file's own, or from voxel", "highest corner"),
+        Key::optional("voxel", "length", "from low and high", "edge of a cubic voxel, which says the box of all of the array"),
+        Key::optional("scale", "length", "none", "what a length of one is in a file whose lengths have no unit, such as .vdb"),
+        Key::optional("centre", "position", "0 0 0 pc with voxel, the file's own otherwise", "middle of the box of all of the array"),
+        Key::optional(
+            "every",
+            "whole number",
+            "1",
+            "so many voxels along each axis become one, their mean; the file is read without all of it ever being in memory",
+        ),
+        Key::optional(
+            "memory",
+            "memory size",
+            "none",
+            "the array is made as coarse as it must be to take no more than this in memory: the least every that does",
+        ),
+        Key::optional(
+            "preset",
+            "text",
+            "none",
+            "a measured map of the Galaxy's dust, read as extinction at V in mag/pc (dust of scale = \"1 mag/pc\"): edenhofer24, leike20, lallement22, vergely22; it says array, unit and box, and clips",
+        ),
+        Key::optional(
+            "unit",
+            "text",
+            "the file's own",
+            "what the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per length into mag/pc, which dust and gas are scaled by; mass densities need mass_per_h; anything else is taken as it is",
+        ),
+        Key::optional(
+            "mass_per_h",
+            "number",
+            "required for mass densities",
+            "mass of the gas per hydrogen nucleus in hydrogen atoms, by which mass densities become nuclei per cm3: 1.4 for solar abundances",
+        ),
+        Key::optional(
+            "wcs",
+            "boolean",
+            "true",
+            "whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false where low and high, or voxel, say better",
+        ),
+        Key::optional(
+            "storage",
+            "text",
+            "as it is read; single for .vdb and where the array is more than half of the memory limit",
+            "single, half or byte: how values are kept, in blocks of 16 x 16 x 16 voxels of which those that are empty take no memory; half is right to 1 in 2048, byte to 1 in 508 of the largest in its block",
+        ),
+        Key::optional("factor", "number", "1", "every value is multiplied by it"),
+        Key::optional("clip", "boolean", "false, true with preset", "blank, NaN and negative cells become zero instead of an error"),
+    ],
+    build,
+};
+
+/// A grid of a file, in parsecs.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The grid.
+    pub grid: Grid,
+    /// What its values are in: cm-3 or mag/pc where they are number densities or extinctions, what was said otherwise.
+    pub unit: Option<String>,
+}
+
+fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
+    Ok(Arc::new(load(section, inputs)?.grid))
+}
+
+/// The grid that the keys of a field of kind `grid` say.
+///
+/// # Errors
+/// Where a key is wrong, the file is missing or broken, or its values are no densities.
+pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
+    read(section, inputs).map_err(|error| {
+        let Ok(Some(label)) = section.text("file").map(|file| file.map(|file| inputs.label(file))) else { return error };
+        match error {
+            Error::Scene { message, place } if !message.contains(&label) => Error::Scene { message: format!("{label}: {message}"), place },
+            values @ Error::FieldValues { .. } => {
+                section.error("file", format!("{label}: {values}; clip = true makes blank, NaN and negative cells zero"))
+            }
+            other => other,
+        }
+    })
+}
+
+fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
+    let keys: Vec<&str> = std::iter::once("kind").chain(KIND.keys.iter().map(|key| key.name)).collect();
+    section.check_keys(&keys)?;
+    let file = section.need_text("file")?;
+    let map = DustMap::of(section)?;
+    let clip = section.flag("clip")?.unwrap_or(map.is_some());
+    let said = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0);
+    let names = Storage::ALL.map(|(name, _)| name);
+    let storage = section.choice("storage", &names)?.and_then(|said| Storage::ALL.into_iter().find(|(name, _)| *name == said)).map(|s| s.1);
+    let mut placed = None;
+    let member = section.text("array")?.or(map.and_then(|map| map.array));
+    let array = inputs.array(file, member, &mut |layout| {
+        let mut placement = match map {
+            Some(map) => Placement::of(section, &map.laid_out(layout))?,
+            None => Placement::of(section, layout)?,
+        };
+        // An array that is turned stands there twice for a while; blocks are filled in whatever order it comes.
+        let twice = placement.part.shape().iter().fold(8u64, |bytes, n| bytes.saturating_mul(*n as u64));
+        let is_blocked = twice > inputs.memory_limit || layout.frame.as_ref().is_some_and(|frame| frame.is_sparse);
+        let storage = storage.or(is_blocked.then_some(Storage::Single));
+        // Means are of what is left; otherwise it is looked at when it is there.
+        placement.part.clip = clip && placement.part.every > 1;
+        if placement.part.clip && said < 0.0 {
+            return Err(
+                section.error("factor", "with every and clip a factor is not negative: what is clipped would be what it makes positive")
+            );
+        }
+        let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
+        let (size, name) = match map {
+            Some(map) => (map.extinction(section, own)?, Some(EXTINCTION.to_owned())),
+            None => unit(section, own)?,
+        };
+        let factor = said * size;
+        placement.part.blocking = storage.map(|storage| placement.blocking(factor, clip, storage));
+        let part = placement.part.clone();
+        placed = Some((placement, factor, name));
+        Ok(part)
+    });
+    let array = array.map_err(|e| match (map, &placed) {
+        (Some(map), None) if matches!(e, Error::File { .. }) => {
+            let (file, at) = map.source;
+            section.error("file", format!("{e}; the map {} is {file} from {at}", map.name))
+        }
+        _ => e,
+    });
+    let array = section.wrap("file", array)?;
+    let (placement, factor, unit) = placed.ok_or_else(|| section.error("file", "nothing of it was read"))?;
+    inputs.note(volume_note(file, &placement, unit.as_deref(), factor));
+    let lattice = placement.lattice.clone();
+    let strides = placement.strides(&array);
+    let held = |largest: f64| match too_small(largest) {
+        Some(message) => Err(section.error(if section.has("factor") { "factor" } else { "file" }, message)),
+        None => Ok(()),
+    };
+    let [nx, ny, _] = lattice.dims.map(|n| n as isize);
+    let as_it_is = factor == 1.0 && !clip && strides == (0, [1, nx, nx * ny]);
+    let grid = match array.data {
+        Numbers::Blocks(blocks) => Grid::in_blocks(lattice, blocks),
+        Numbers::Single(data) => {
+            held(largest(&data, factor))?;
+            // Numbers that are as a grid has them stay in the memory in which they are.
+            if as_it_is {
+                Grid::sharing(lattice, data)
+            } else {
+                Grid::from_lattice(lattice, arranged(&data, strides, (factor, clip), &placement))
+            }
+        }
+        Numbers::Double(data) => {
+            held(largest(&data, factor))?;
+            Grid::from_lattice(lattice, arranged(&data, strides, (factor, clip), &placement))
+        }
+    };
+    grid.check(section.name())?;
+    Ok(Loaded { grid, unit })
+}
+
+/// The voxels, the box, the unit and the factor of a volume.
+fn volume_note(file: &str, placement: &Placement, unit: Option<&str>, factor: f64) -> InputNote {
+    let [x, y, z] = placement.lattice.dims;
+    let Bounds { low, high } = placement.lattice.bounds;
+    let unit = unit.map_or_else(|| "values without a unit, as they are".to_owned(), |unit| format!("values in {unit}"));
+    let times = if factor == 1.0 { String::new() } else { format!(" (file times {factor:e})") };
+    let text = format!(
+        "volume: {x} x {y} x {z} voxels from {:.6} {:.6} {:.6} to {:.6} {:.6} {:.6} pc, {unit}{times}",
+        low.x, low.y, low.z, high.x, high.y, high.z
+    );
+    InputNote { file: file.to_owned(), text, is_inferred: false }
+}
+
+/// The units that number densities and extinctions are turned into.
+const DENSITY: &str = "cm-3";
+const EXTINCTION: &str = "mag/pc";
+
+/// The key of the mean mass of gas per hydrogen nucleus [hydrogen atoms], and its range: pure hydrogen to gas without any.
+const MASS_PER_H: &str = "mass_per_h";
+const MASSES_PER_H: RangeInclusive<f64> = 1.0..=1000.0;
+
+/// The mass of gas per hydrogen nucleus \[g\] that a section states.
+///
+/// # Errors
+/// A number outside of 1 to 1000.
+pub(crate) fn grams_per_h(section: &Section) -> Result<Option<f64>> {
+    Ok(section.number(MASS_PER_H, MASSES_PER_H)?.map(|atoms| atoms * HYDROGEN_MASS * 1e3))
+}
+
+/// What a value of one is, in cm-3 where it is a number density, in mag/pc where it is an extinction; and in what values
+/// are then.
+fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
+    let grams = grams_per_h(section)?;
+    let stated = section.text("unit")?;
+    let mass = [stated, own].into_iter().flatten().find(|unit| MassDensity::unit_size(unit).is_some());
+    match (mass, grams) {
+        (Some(mass), None) => {
+            let message = format!(
+                "values in \"{mass}\" are a mass density: write mass_per_h = 1.4, the mass of the gas per hydrogen nucleus in hydrogen atoms, and n_H in cm-3 is made of it"
+            );
+            return Err(section.error("unit", message));
+        }
+        (None, Some(_)) => return Err(section.error(MASS_PER_H, "goes with a unit of mass per volume, such as unit = \"g/cm3\"")),
+        _ => {}
+    }
+    let extinction = |unit: &str| Some(ExtinctionCoefficient::unit_size(unit)? / ExtinctionCoefficient::unit_size(EXTINCTION)?);
+    let size = |unit: &str| {
+        let density = NumberDensity::unit_size(unit).map(|size| (size, Some(DENSITY.to_owned())));
+        let of_mass = || Some((MassDensity::unit_size(unit)? / grams?, Some(DENSITY.to_owned())));
+        density.or_else(of_mass).or_else(|| extinction(unit).map(|size| (size, Some(EXTINCTION.to_owned()))))
+    };
+    match (stated, own) {
+        (None, None) => Ok((1.0, None)),
+        (None, Some(own)) => size(own).ok_or_else(|| {
+            let message = format!(
+                "the file's own unit is \"{own}\", which is neither a density nor an extinction: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
+            );
+            section.error("file", message)
+        }),
+        (Some(said), None) => size(said).ok_or_else(|| {
+            let known: Vec<&str> = NumberDensity::UNITS.iter().chain(MassDensity::UNITS).chain(ExtinctionCoefficient::UNITS).map(|(name, _)| *name).collect();
+            let message = format!("\"{said}\" is no number density, mass density or extinction that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
+            section.error("unit", message)
+        }),
+        (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or_else(|| (1.0, Some(said.trim().to_owned())))),
+        (Some(said), Some(own)) => match (size(said), size(own)) {
+            (Some(a), Some(b)) if a.0 == b.0 => Ok(a),
+            _ => Err(section.error("unit", format!("the scene says \"{said}\", the file's own unit is \"{own}\": one of both is wrong"))),
+        },
+    }
+}
+
+/// Planes of a grid that are arranged together.
+const PLANES: usize = 16;
+
+/// The largest of some numbers times `factor`, without its sign.
+fn largest(data: &[impl Copy + Into<f64> + Sync], factor: f64) -> f64 {
+    let of = |part: &[_]| part.iter().fold(0.0, |most: f64, v| most.max((Into::<f64>::into(*v) * factor).abs()));
+    data.par_chunks(1 << 16).map(of).reduce(|| 0.0, f64::max)
+}
+
+/// An array's numbers times `factor`, with x running fastest; those that are negative or no numbers are zero if `clip`.
+fn arranged(
+    data: &[impl Copy + Into<f64> + Sync],
+    (first, [sx, sy, sz]): (usize, [isize; 3]),
+    (factor, clip): (f64, bool),
+    placement: &Placement,
+) -> Vec<f32> {
+    let [nx, ny, _] = placement.lattice.dims;
+    let mut values = vec![0.0; placement.lattice.cells()];
+    // Some planes together: where z runs fastest in the array, a line of memory is read once for all of them.
+    values.par_chunks_mut(nx * ny * PLANES).enumerate().for_each(|(block, out)| {
+        let planes = out.len() / (nx * ny);
+        for y in 0..ny {
+            for x in 0..nx {
+                let line = first as isize + x as isize * sx + y as isize * sy + (block * PLANES) as isize * sz;
+                (0..planes).for_each(|z| out[(z * ny + y) * nx + x] = (factor * data[(line + z as isize * sz) as usize].into()) as f32);
+            }
+        }
+        if clip {
+            out.iter_mut().filter(|v| v.is_nan() || **v < 0.0).for_each(|v| *v = 0.0);
+        }
+    });
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use std::borrow::Cow;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::data::{Array, Choose, DataSource, Layout, Shared, TextTable};
+    use crate::properties::{Table, Value};
+
+    /// One array in memory, and nothing else.
+    #[derive(Debug)]
+    struct One {
+        numbers: Shared<f32>,
+        fortran: bool,
+    }
+
+    impl DataSource for One {
+        fn label(&self, name: &str) -> String {
+            name.to_owned()
+        }
+        fn text(&self, name: &str, _: u64) -> Result<Cow<'static, str>> {
+            Err(Error::file(name, "is not there"))
+        }
+        fn table(&self, name: &str, _: usize, _: u64) -> Result<TextTable> {
+            Err(Error::file(name, "is not there"))
+        }
+        fn array(&self, _: &str, _: Option<&str>, choose: Choose, _: u64) -> Result<Array> {
+            let part = choose(&Layout { shape: [2, 3, 4], frame: None })?;
+            assert!(part.is_whole([2, 3, 4]), "{part:?}");
+            Ok(Array { shape: [2, 3, 4], data: Numbers::Single(self.numbers.clone()), fortran: self.fortran })
+        }
+    }
+
+    /// An array whose x runs fastest is the grid's own memory; in another order, scaled or clipped it is not, and what
+    /// is read is the same.
+    #[test]
+    fn arrays_are_shared_where_they_lie_as_a_grid_has_them() {
+        let numbers: Shared<f32> = (0..24).map(|i| i as f32).collect::<Vec<_>>().into();
+        let grid = |fortran: bool, more: &[(&str, Value)]| {
+            let mut table = Table::default();
+            let said = [("file", "a"), ("low", "0 0 0 pc"), ("high", "2 3 4 pc")];
+            said.iter().for_each(|(key, text)| table.insert(*key, Value::Text((*text).into())));
+            more.iter().for_each(|(key, value)| table.insert(*key, value.clone()));
+            let inputs = Inputs::new(Arc::new(One { numbers: numbers.clone(), fortran }), 1 << 20);
+            build(&Section::new(&table, "field.a"), &inputs).unwrap()
+        };
+        let shares = |field: &Arc<dyn Field>| std::ptr::eq(field.grid().unwrap().values().as_ptr(), numbers.as_ptr());
+        let own = grid(true, &[]);
+        assert!(shares(&own));
+        assert_eq!(own.at(DVec3::new(1.5, 0.5, 2.5)), 1.0 + 2.0 * 6.0);
+        for (fortran, more) in [(false, vec![]), (true, vec![("factor", Value::Number(2.0))]), (true, vec![("clip", Value::Flag(true))])] {
+            assert!(!shares(&grid(fortran, &more)), "{fortran} {more:?}");
+        }
+        assert_eq!(grid(false, &[]).at(DVec3::new(1.5, 0.5, 2.5)), 12.0 + 2.0);
+    }
+}

@@ -1,0 +1,99 @@
+//! Grids of functions: sampled at the centres of voxels, or averaged over those in which they jump.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Field;
+use super::grid::Grid;
+use super::lattice::Lattice;
+use crate::blocks::Blocks;
+use crate::control::Control;
+use crate::error::Result;
+
+/// Grids of more voxels are kept in blocks, of which many may be empty.
+const LARGE: usize = 1 << 24;
+/// Fewest voxels along each axis of such a grid: blocks reach beyond its edges.
+const THICK: usize = 128;
+/// Parts along each edge of a voxel in which a function jumps.
+const PARTS: usize = 6;
+/// By how much a function may change in a voxel that is taken for even.
+const EVEN: f64 = 0.1;
+
+impl Grid {
+    /// Samples `f` at the voxel centres, on all cores.
+    pub fn sampled(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Self {
+        Self::filled(lattice, |places, values| values.iter_mut().zip(places).for_each(|(value, p)| *value = f(*p)))
+    }
+
+    /// Samples a field times `factor`, with the means of voxels in which it jumps.
+    ///
+    /// # Errors
+    /// Where the user wishes to stop.
+    pub fn from_function(field: &Arc<dyn Field>, lattice: Lattice, factor: f64, control: &Control) -> Result<Self> {
+        let sample = |places: &[DVec3], values: &mut [f64]| {
+            if control.interrupted() {
+                return;
+            }
+            field.sample(places, values);
+            values.iter_mut().for_each(|value| *value *= factor);
+        };
+        let grid = if field.has_edges() {
+            Self::averaged(lattice, |_, places, values| sample(places, values))
+        } else {
+            Self::filled(lattice, sample)
+        };
+        control.check()?;
+        Ok(grid)
+    }
+
+    /// Samples row by row at the voxel centres, on all cores: `sample` writes the values at many places.
+    pub fn filled(lattice: Lattice, sample: impl Fn(&[DVec3], &mut [f64]) + Sync) -> Self {
+        let [length, height, _] = lattice.dims;
+        let room = || (vec![DVec3::ZERO; length], vec![0.0; length]);
+        let row = |(centres, values): &mut (Vec<DVec3>, Vec<f64>), [y, z]: [usize; 2], out: &mut [f32]| {
+            centres.iter_mut().enumerate().for_each(|(x, centre)| *centre = lattice.centre(x, y, z));
+            sample(centres, values);
+            out.iter_mut().zip(&*values).for_each(|(out, value)| *out = *value as f32);
+        };
+        if lattice.cells() > LARGE && lattice.dims.iter().all(|n| *n >= THICK) {
+            let blocks = Blocks::made(lattice.dims, room, row);
+            return Self::in_blocks(lattice, blocks);
+        }
+        let mut data = vec![0.0; lattice.cells()];
+        let rows = data.par_chunks_mut(length).enumerate();
+        rows.for_each_init(room, |room, (r, out)| row(room, [r % height, r / height], out));
+        Self::from_lattice(lattice, data)
+    }
+
+    /// Samples a function that may jump: `sample` takes the centres of voxels and as many places within them. A voxel
+    /// that it changes in has the mean over its parts, all others the value at their middle.
+    pub(crate) fn averaged(lattice: Lattice, sample: impl Fn(&[DVec3], &[DVec3], &mut [f64]) + Sync) -> Self {
+        let voxel = lattice.voxel_pc();
+        let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5);
+        let corners: Vec<DVec3> = corners.map(|c| (1.0 - 1e-9) * c * voxel).collect();
+        let along = |i: usize| (i as f64 + 0.5) / PARTS as f64 - 0.5;
+        let part = |i: usize| DVec3::new(along(i % PARTS), along(i / PARTS % PARTS), along(i / (PARTS * PARTS))) * voxel;
+        let parts: Vec<DVec3> = (0..PARTS.pow(3)).map(part).collect();
+        Self::filled(lattice, |centres, values| {
+            sample(centres, centres, values);
+            let (mut low, mut high, mut own) = (values.to_vec(), values.to_vec(), values.to_vec());
+            for corner in &corners {
+                let places: Vec<DVec3> = centres.iter().map(|centre| *centre + *corner).collect();
+                sample(centres, &places, &mut own);
+                low.iter_mut().zip(&own).for_each(|(low, v)| *low = low.min(*v));
+                high.iter_mut().zip(&own).for_each(|(high, v)| *high = high.max(*v));
+            }
+            for (i, value) in values.iter_mut().enumerate() {
+                if high[i] - low[i] <= EVEN * high[i].abs().max(low[i].abs()) {
+                    continue;
+                }
+                let mut of_parts = [0.0; PARTS.pow(3)];
+                let places: Vec<DVec3> = parts.iter().map(|part| centres[i] + *part).collect();
+                sample(&vec![centres[i]; places.len()], &places, &mut of_parts);
+                *value = of_parts.iter().sum::<f64>() / of_parts.len() as f64;
+            }
+        })
+    }
+}

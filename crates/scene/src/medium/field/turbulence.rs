@@ -1,0 +1,312 @@
+//! Density that supersonic turbulence leaves: lognormal, with the variance that a Mach number gives and a power spectrum.
+//!
+//! s = ln(ρ/⟨ρ⟩) is a Gaussian random field with
+//!
+//!   σ_s² = ln(1 + b² M² β/(1 + β)),   P(k) ∝ (k² + k₀²)^(−n/2),   k₀ = 2π/L,
+//!
+//! the first after Padoan, Nordlund & Jones 1997 (MNRAS 288, 145), Federrath, Klessen & Schmidt 2008 (ApJ 688, L79) and,
+//! with magnetic fields, Molina et al. 2012 (MNRAS 423, 2680); the second after von Kármán, even beyond the outer scale L and
+//! a power law within it. ρ = e^s over its mean, so that the mean of the box is one.
+//!
+//! Each wave has an amplitude of its own, by seed and wave numbers: more voxels add waves and change none. What they cannot
+//! hold of σ_s² is missing from the field: waves shorter than two voxels.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use spectra::quadrature::integrate;
+use spectra::units::Length;
+
+use super::{Field, Grid, within};
+use crate::data::Inputs;
+use crate::error::Result;
+use crate::field::lattice::Lattice;
+use crate::fourier::{self, Complex32, transform, wave_number};
+use crate::geometry::Bounds;
+use crate::memory;
+use crate::properties::{Key, Kind, Section};
+use crate::random::Counter;
+
+/// How compressive the forcing is, b: 1/3 where it is solenoidal, 1 where it is compressive, 0.4 for the natural mixture
+/// (Federrath et al. 2010, A&A 512, A81).
+const FORCING: [(&str, f64); 3] = [("solenoidal", 1.0 / 3.0), ("mixed", 0.4), ("compressive", 1.0)];
+/// The exponent of the three-dimensional spectrum unless told otherwise: that of Kolmogorov, 5/3 along a line.
+const SLOPE: f64 = 11.0 / 3.0;
+const SLOPES: std::ops::RangeInclusive<f64> = 3.05..=8.0;
+const MACH: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
+const VOXELS: std::ops::RangeInclusive<i64> = 8..=2048;
+/// Voxels that are made at once where a scene is read roughly: the same waves, without the fine ones.
+const ROUGH: usize = 64;
+
+pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
+    name: "turbulence",
+    summary: "lognormal density of supersonic turbulence in a box, of mean one, on voxels",
+    keys: &[
+        Key::optional("seed", "integer", "1", "number of the random waves"),
+        Key::optional("low", "position", "-1 -1 -1 pc", "the box's lower corner; the field is periodic in it"),
+        Key::optional("high", "position", "1 1 1 pc", "its upper corner"),
+        Key::optional("voxels", "integer", "128", "voxels along the longest edge: more of them show finer waves and change no others"),
+        Key::optional(
+            "outer_scale",
+            "length",
+            "half of the shortest edge",
+            "the scale at which turbulence is driven: larger waves are no stronger",
+        ),
+        Key::optional("mach", "number", "5", "rms Mach number M; 0 is even"),
+        Key::optional("forcing", "text", "mixed", "solenoidal, mixed or compressive: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²)"),
+        Key::optional("plasma_beta", "number", "no magnetic field", "thermal over magnetic pressure"),
+        Key::optional(
+            "slope",
+            "number",
+            "3.667",
+            "n of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010)",
+        ),
+    ],
+    build,
+};
+
+/// What a field of turbulence is made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turbulence {
+    /// The number of the random waves.
+    pub seed: u32,
+    /// The box, in which the field is periodic \[pc\].
+    pub bounds: Bounds,
+    /// Voxels along the longest edge.
+    pub voxels: usize,
+    /// The scale from which on waves become weaker \[pc\].
+    pub outer_scale: f64,
+    /// The variance of ln ρ.
+    pub variance: f64,
+    /// The exponent of the spectrum in three dimensions.
+    pub slope: f64,
+}
+
+impl Turbulence {
+    /// Turbulence of a Mach number whose forcing is a natural mixture, in a box \[pc\], driven at half of its shortest edge.
+    /// Change its fields, then ask for its [`grid`](Self::grid).
+    ///
+    /// # Errors
+    /// Where the box has no size, or the number is none.
+    pub fn new(seed: u32, bounds: Bounds, mach: f64) -> Result<Self> {
+        let bounds = bounds.checked()?;
+        let variance = variance(within("Mach number", mach, MACH)?, FORCING[1].1, None);
+        Ok(Self { seed, bounds, voxels: 128, outer_scale: 0.5 * bounds.size().min_element(), variance, slope: SLOPE })
+    }
+
+    /// The density on voxels, of mean one.
+    ///
+    /// # Errors
+    /// Where a number is out of its range, or the waves take more than `memory_limit` bytes.
+    pub fn grid(&self, memory_limit: u64) -> Result<Grid> {
+        within("voxels", self.voxels as f64, *VOXELS.start() as f64..=*VOXELS.end() as f64)?;
+        within("slope", self.slope, SLOPES)?;
+        within("variance of the logarithm", self.variance, 0.0..=20.0)?;
+        let bounds = self.bounds.checked()?;
+        let edge = bounds.size().max_element();
+        within("outer scale", self.outer_scale, 1e-6 * edge..=1e6 * edge)?;
+        let lattice = Lattice::along(bounds, self.voxels);
+        let bytes = (lattice.cells() as u64).saturating_mul(fourier::BYTES);
+        memory::check("the waves of a field of turbulence", bytes, memory_limit)?;
+        let mut waves = self.waves(&lattice);
+        transform(&mut waves, lattice.dims, false);
+        let mut density: Vec<f32> = waves.into_par_iter().map(|s| s.re.exp()).collect();
+        let planes = density.par_chunks(lattice.dims[0] * lattice.dims[1]).map(|plane| plane.iter().map(|v| f64::from(*v)).sum::<f64>());
+        // In the order of planes, whatever the threads.
+        let mean = planes.collect::<Vec<f64>>().iter().sum::<f64>() / density.len() as f64;
+        density.par_iter_mut().for_each(|v| *v = (f64::from(*v) / mean) as f32);
+        Ok(Grid::from_lattice(lattice, density))
+    }
+
+    /// The amplitude of each wave: the real part of their sum is ln ρ, but for what makes the mean one.
+    fn waves(&self, lattice: &Lattice) -> Vec<Complex32> {
+        let [nx, ny, nz] = lattice.dims;
+        let (size, spectrum) = (lattice.bounds.size(), self.spectrum());
+        let mut waves = vec![Complex32::default(); lattice.cells()];
+        waves.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
+            let (y, z) = (wave_number(row % ny, ny), wave_number(row / ny, nz));
+            for (i, wave) in out.iter_mut().enumerate() {
+                let number = [wave_number(i, nx), y, z];
+                // A wave of two voxels has no partner on the other side.
+                if number.iter().zip(lattice.dims).any(|(k, count)| 2 * k.unsigned_abs() as usize == count) || number == [0; 3] {
+                    continue;
+                }
+                let variance = spectrum(DVec3::from(number.map(|k| k as f64)) / size) / size.element_product();
+                let mut random = Counter::nested(u64::from(self.seed), pair(number[0], number[1]), number[2] as u64);
+                // Box & Muller's normal numbers.
+                let (length, turn) = ((-2.0 * (1.0 - random.uniform()).ln()).sqrt(), random.uniform());
+                // Values are those in the middles of voxels.
+                let angle = TAU * turn + PI * (0..3).map(|axis| number[axis] as f64 / lattice.dims[axis] as f64).sum::<f64>();
+                let amplitude = variance.sqrt() * length;
+                *wave = Complex32::new((amplitude * angle.cos()) as f32, (amplitude * angle.sin()) as f32);
+            }
+        });
+        waves
+    }
+
+    /// The variance of ln ρ for each unit of the space of waves \[pc³\], by waves in a parsec along each axis.
+    pub fn spectrum(&self) -> impl Fn(DVec3) -> f64 + Sync + use<> {
+        let n = self.slope;
+        let outer = 1.0 / self.outer_scale;
+        // ∫ 4π k² (k² + k₀²)^(−n/2) dk is 4π k₀^(3−n) ∫ sin²θ cos^(n−4)θ dθ by k = k₀ tan θ, and that a plain integral over
+        // cos^(n−3)θ.
+        let angles = integrate(|u: f64| (1.0 - u.powf(2.0 / (n - 3.0))).max(0.0).sqrt(), 0.0, 1.0, 1e-9) / (n - 3.0);
+        let factor = self.variance / (4.0 * PI * outer.powf(3.0 - n) * angles);
+        move |waves| factor * (waves.length_squared() + outer * outer).powf(-0.5 * n)
+    }
+}
+
+/// One number of two.
+fn pair(a: i64, b: i64) -> u64 {
+    (a as u64) << 32 | (b as u64 & 0xffff_ffff)
+}
+
+/// The variance of ln ρ at a Mach number.
+fn variance(mach: f64, forcing: f64, plasma_beta: Option<f64>) -> f64 {
+    let magnetic = plasma_beta.map_or(1.0, |beta| beta / (1.0 + beta));
+    (forcing * forcing * mach * mach * magnetic).ln_1p()
+}
+
+/// Whether a table asks for more voxels than can be made at once.
+pub(super) fn takes_long(section: &Section) -> bool {
+    section.integer("voxels", VOXELS).is_ok_and(|voxels| voxels.is_none_or(|voxels| voxels as usize > ROUGH))
+}
+
+fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
+    let corner = |key, default: f64| Ok::<_, crate::Error>(section.position(key)?.unwrap_or(DVec3::splat(default)));
+    let bounds = section.wrap("high", Bounds { low: corner("low", -1.0)?, high: corner("high", 1.0)? }.checked())?;
+    let seed = section.integer("seed", 0..=i64::from(u32::MAX))?.unwrap_or(1) as u32;
+    let forcing = section.choice("forcing", &FORCING.map(|(name, _)| name))?.unwrap_or("mixed");
+    let b = FORCING.iter().find(|(name, _)| *name == forcing).map_or(0.0, |(_, b)| *b);
+    let mach = section.number("mach", MACH)?.unwrap_or(5.0);
+    let plain = section.wrap("mach", Turbulence::new(seed, bounds, mach))?;
+    let turbulence = Turbulence {
+        voxels: section.integer("voxels", VOXELS)?.map_or(plain.voxels, |n| n as usize).min(if inputs.is_rough {
+            ROUGH
+        } else {
+            usize::MAX
+        }),
+        outer_scale: section.positive::<Length>("outer_scale")?.map_or(plain.outer_scale, |l| l.0),
+        variance: variance(mach, b, section.number("plasma_beta", 1e-6..=1e6)?),
+        slope: section.number("slope", SLOPES)?.unwrap_or(plain.slope),
+        ..plain
+    };
+    Ok(Arc::new(section.wrap("voxels", turbulence.grid(inputs.memory_limit))?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turbulence(voxels: usize) -> Turbulence {
+        Turbulence { voxels, ..Turbulence::new(5, Bounds::cube(DVec3::ZERO, 2.0), 6.0).unwrap() }
+    }
+
+    fn logarithms(turbulence: &Turbulence) -> Vec<f64> {
+        turbulence.grid(1 << 30).unwrap().values().iter().map(|v| f64::from(*v).ln()).collect()
+    }
+
+    /// The variance of all waves is that of the Mach number, and that of the voxels what their waves hold of it; the mean is
+    /// one, and the logarithm is normal: its third and fourth moments are those of a bell.
+    #[test]
+    fn density_is_lognormal() {
+        let wanted = turbulence(96);
+        let spectrum = wanted.spectrum();
+        assert!((wanted.variance - (1.0f64 + 0.16 * 36.0).ln()).abs() < 1e-12);
+        // Over all directions at once, with the waves in parsecs^-1.
+        let shells = integrate(|k: f64| 4.0 * PI * k * k * spectrum(DVec3::X * k), 0.0, 4000.0, 1e-7);
+        assert!((shells / wanted.variance - 1.0).abs() < 0.01, "{shells} {}", wanted.variance);
+        let held: f64 = (0..96usize.pow(3))
+            .map(|i| [i % 96, i / 96 % 96, i / 9216].map(|k| wave_number(k, 96)))
+            .filter(|k| *k != [0; 3] && k.iter().all(|k| k.abs() < 48))
+            .map(|k| spectrum(DVec3::from(k.map(|k| k as f64)) / 4.0) / 64.0)
+            .sum();
+        assert!(held < wanted.variance && held > 0.8 * wanted.variance, "{held}");
+        let grid = wanted.grid(1 << 30).unwrap();
+        let mean = grid.values().iter().map(|v| f64::from(*v)).sum::<f64>() / 96f64.powi(3);
+        assert!((mean - 1.0).abs() < 1e-5, "{mean}");
+        // Over several boxes, since large waves are few.
+        let moments: Vec<[f64; 3]> = (0..6)
+            .map(|seed| {
+                let s = logarithms(&Turbulence { seed, voxels: 96, ..wanted.clone() });
+                let mean = s.iter().sum::<f64>() / s.len() as f64;
+                [2, 3, 4].map(|n| s.iter().map(|v| (v - mean).powi(n)).sum::<f64>() / s.len() as f64)
+            })
+            .collect();
+        let [second, third, fourth] = [0, 1, 2].map(|n| moments.iter().map(|m| m[n]).sum::<f64>() / 6.0);
+        assert!((second / held - 1.0).abs() < 0.1, "{second} {held}");
+        assert!(third.abs() < 0.2 * second.powf(1.5) && (fourth / (3.0 * second * second) - 1.0).abs() < 0.15, "{third} {fourth}");
+    }
+
+    /// Along lines, each wave has the power of all waves of space that look like it there.
+    #[test]
+    fn the_spectrum_is_what_was_asked_for() {
+        for slope in [SLOPE, 4.3] {
+            let mut measured = [0.0; 3];
+            let wanted = Turbulence { slope, ..turbulence(64) };
+            let spectrum = wanted.spectrum();
+            for seed in 0..4 {
+                let s = logarithms(&Turbulence { seed, ..wanted.clone() });
+                for row in s.chunks_exact(64) {
+                    for (k, power) in [4usize, 8, 16].into_iter().zip(&mut measured) {
+                        let part =
+                            |f: fn(f64) -> f64| row.iter().enumerate().map(|(x, v)| v * f(TAU * (k * x) as f64 / 64.0)).sum::<f64>() / 64.0;
+                        *power += (part(f64::cos).powi(2) + part(f64::sin).powi(2)) / (4.0 * 4096.0);
+                    }
+                }
+            }
+            let expected = |kx: f64| -> f64 {
+                let around = |i: usize| (wave_number(i % 64, 64), wave_number(i / 64, 64));
+                let all = (0..4096).map(around).filter(|(y, z)| y.abs() < 32 && z.abs() < 32);
+                // Its cosine and its sine have half of a wave's variance, and the wave that runs the other way looks the same.
+                all.map(|(y, z)| spectrum(DVec3::new(kx, y as f64, z as f64) / 4.0) / 64.0).sum()
+            };
+            for (k, power) in [4.0, 8.0, 16.0].into_iter().zip(measured) {
+                assert!((power / expected(k) - 1.0).abs() < 0.15, "{slope} {k}: {power} {}", expected(k));
+            }
+            // A slope that differs by a half would be seen.
+            let falls = (measured[0] / measured[2]) / (expected(4.0) / expected(16.0));
+            assert!((falls - 1.0).abs() < 0.2, "{falls}");
+        }
+    }
+
+    /// More voxels show the same cloud, finer; another seed shows another.
+    #[test]
+    fn voxels_add_waves_and_change_none() {
+        let coarse = logarithms(&turbulence(32));
+        let likeness = |fine: &[f64]| {
+            let mean = |x: usize, y: usize, z: usize| -> f64 {
+                let parts = (0..8).map(|i| (2 * x + i % 2, 2 * y + i / 2 % 2, 2 * z + i / 4));
+                parts.map(|(x, y, z)| fine[(z * 64 + y) * 64 + x]).sum::<f64>() / 8.0
+            };
+            let pairs: Vec<(f64, f64)> = (0..32usize.pow(3)).map(|i| (coarse[i], mean(i % 32, i / 32 % 32, i / 1024))).collect();
+            let count = pairs.len() as f64;
+            let (a, b) = (pairs.iter().map(|p| p.0).sum::<f64>() / count, pairs.iter().map(|p| p.1).sum::<f64>() / count);
+            let product = |f: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(f).sum::<f64>();
+            let both = product(&|p| (p.0 - a) * (p.1 - b));
+            both / (product(&|p| (p.0 - a).powi(2)) * product(&|p| (p.1 - b).powi(2))).sqrt()
+        };
+        let own = likeness(&logarithms(&turbulence(64)));
+        let other = likeness(&logarithms(&Turbulence { seed: 6, ..turbulence(64) }));
+        assert!(own > 0.95 && other.abs() < 0.3, "{own} {other}");
+    }
+
+    #[test]
+    fn wrong_numbers_are_refused() {
+        let plain = turbulence(64);
+        for (wrong, words) in [
+            (Turbulence { slope: 3.0, ..plain.clone() }, "slope"),
+            (Turbulence { outer_scale: 0.0, ..plain.clone() }, "outer scale"),
+            (Turbulence { outer_scale: 1e-70, ..plain.clone() }, "outer scale"),
+            (Turbulence { voxels: 4, ..plain.clone() }, "voxels"),
+            (Turbulence { variance: f64::NAN, ..plain.clone() }, "variance"),
+        ] {
+            let error = wrong.grid(1 << 30).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+        assert!(plain.grid(1 << 20).unwrap_err().to_string().contains("waves"));
+        assert!(Turbulence::new(1, Bounds::cube(DVec3::ZERO, 0.0), 5.0).is_err());
+    }
+}

@@ -1,0 +1,171 @@
+//! Albedos: the part of extinction that is scattering, ω(λ).
+
+use std::sync::Arc;
+
+use spectra::curve::Ordinate;
+use spectra::extinction::Extinction;
+use spectra::table::Table;
+use spectra::units::Wavelength;
+
+use crate::curve::{self, COLUMN, UNIT};
+use crate::data::Inputs;
+use crate::error::{Error, Result};
+use crate::properties::{Key, Kind, Section, build_kind};
+
+/// The part of extinction that is scattering, ω(λ) \[1\].
+#[derive(Debug, Clone)]
+pub enum Albedo {
+    /// An albedo that is the same at every wavelength.
+    Constant(f64),
+    /// value + slope (λ − at)/0.1 µm, cut to [0, 1].
+    Linear {
+        /// The albedo at `at_um` \[1\].
+        value: f64,
+        /// The growth of the albedo for each 0.1 µm \[1\].
+        slope: f64,
+        /// The wavelength at which the albedo is `value` \[µm\].
+        at_um: f64,
+    },
+    /// A table over λ \[µm\].
+    Table(Arc<Table>),
+    /// That of a model of grains, by its name: the law's own, or the one that goes with a law of extinction alone.
+    Grains {
+        /// The name of the model.
+        model: &'static str,
+        /// Its albedo over λ \[µm\].
+        albedo: Arc<Table>,
+    },
+    /// Nothing is known of it: dust of a law that no model of grains goes with, before it is said. [`Scene::check`](super::Scene::check)
+    /// refuses it.
+    Unknown,
+}
+
+impl From<f64> for Albedo {
+    fn from(value: f64) -> Self {
+        Albedo::Constant(value)
+    }
+}
+
+impl From<Table> for Albedo {
+    fn from(table: Table) -> Self {
+        Albedo::Table(Arc::new(table))
+    }
+}
+
+impl Albedo {
+    /// The albedo ω at the wavelength λ \[µm\].
+    pub fn at(&self, lambda_um: f64) -> f64 {
+        match self {
+            Albedo::Constant(v) => *v,
+            Albedo::Linear { value, slope, at_um } => (value + slope * (lambda_um - at_um) / 0.1).clamp(0.0, 1.0),
+            Albedo::Table(table) | Albedo::Grains { albedo: table, .. } => table.at(lambda_um),
+            Albedo::Unknown => f64::NAN,
+        }
+    }
+
+    /// An albedo of `value` at the wavelength `at`, which grows by `slope` for each 0.1 µm and is cut to 0 to 1.
+    ///
+    /// # Errors
+    /// Where the value lies outside of 0 to 1, the slope is no number, or the wavelength is not above zero.
+    pub fn linear(value: f64, slope: f64, at: Wavelength) -> Result<Self> {
+        let albedo = Albedo::Linear { value, slope, at_um: at.0 };
+        albedo.check("")?;
+        Ok(albedo)
+    }
+
+    /// The albedo of the [grains](Extinction::grains) that go with an extinction law.
+    pub fn of_law(extinction: &Extinction) -> Self {
+        extinction.grains().map_or(Albedo::Unknown, |grains| Albedo::Grains { model: grains.name, albedo: Arc::new(grains.albedo) })
+    }
+
+    /// Note, as key and text, on an albedo that is a default: the extinction law has none, so that of a grain model is used.
+    pub fn note(&self, law: &str) -> Option<(String, String)> {
+        match self {
+            Albedo::Grains { model, .. } if *model != law => {
+                Some(("albedo".into(), format!("that of {model}: none is said, and law {law} is extinction alone")))
+            }
+            _ => None,
+        }
+    }
+
+    /// Refuses values outside of 0 to 1, and albedos of which nothing is known; `law` stands in the message.
+    pub(super) fn check(&self, law: &str) -> Result<()> {
+        let sound = |v: &f64| (0.0..=1.0).contains(v);
+        let wrong = match self {
+            Albedo::Linear { slope, .. } if !slope.is_finite() => return Err(Error::value("slope of the albedo", slope, "a number")),
+            Albedo::Linear { at_um, .. } if !(*at_um > 0.0 && at_um.is_finite()) => {
+                return Err(Error::value("wavelength of the albedo", format!("{at_um} um"), "above zero"));
+            }
+            Albedo::Constant(value) | Albedo::Linear { value, .. } => Some(value).filter(|v| !sound(v)),
+            Albedo::Table(table) | Albedo::Grains { albedo: table, .. } => table.y().iter().find(|v| !sound(v)),
+            Albedo::Unknown => {
+                let wanted = format!("known: law \"{law}\" brings no albedo; say one such as 0.6, or choose a law such as draine03_rv31");
+                return Err(Error::value("albedo", "it", wanted));
+            }
+        };
+        wrong.map_or(Ok(()), |v| Err(Error::value("albedo", v, "between 0 and 1")))
+    }
+}
+
+/// All kinds of albedo that a scene may name.
+pub(super) const KINDS: &[Kind<Albedo>] = &[
+    Kind {
+        name: "constant",
+        summary: "the same at every wavelength; albedo = 0.6 is short for it",
+        keys: &[Key::required("value", "number", "0 to 1")],
+        build: |section, _| Ok(Albedo::Constant(need_number(section, "value")?)),
+    },
+    Kind {
+        name: "linear",
+        summary: "value + slope (lambda - at)/100 nm, cut to 0 to 1",
+        keys: &[
+            Key::required("value", "number", "albedo at the wavelength `at`, 0 to 1"),
+            Key::optional("slope", "number", "0", "change per 100 nm"),
+            Key::optional("at", "wavelength", "550 nm", "where the value holds"),
+        ],
+        build: |section, _| {
+            Ok(Albedo::Linear {
+                value: need_number(section, "value")?,
+                slope: section.number("slope", -1.0..=1.0)?.unwrap_or(0.0),
+                at_um: section.positive::<Wavelength>("at")?.map_or(0.55, |l| l.0),
+            })
+        },
+    },
+    Kind {
+        name: "file",
+        summary: "from a file of wavelength and albedo",
+        keys: &[Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and albedo"), UNIT, COLUMN],
+        build: |section, inputs| {
+            let file = section.need_text("file")?;
+            let table = curve::read(section, "file", Ordinate::Albedo, inputs)?.table;
+            if table.y().iter().any(|v| !(0.0..=1.0).contains(v)) {
+                return Err(section.error("file", format!("{file} has albedos outside of 0 to 1")));
+            }
+            Ok(table.into())
+        },
+    },
+];
+
+fn need_number(section: &Section, key: &str) -> Result<f64> {
+    section.number(key, 0.0..=1.0)?.ok_or_else(|| section.error(key, format!("key \"{key}\" is missing; write it like {key} = 0.6")))
+}
+
+/// A number, a table, or the law's own.
+pub(super) fn build(dust: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Albedo> {
+    if !dust.has("albedo") {
+        return match Albedo::of_law(extinction) {
+            Albedo::Unknown => {
+                let message = "brings no albedo: write albedo = 0.6, or choose a law such as draine03_rv31";
+                Err(dust.error("albedo", format!("law \"{}\" {message}", extinction.name)))
+            }
+            own => Ok(own),
+        };
+    }
+    if let Ok(Some(value)) = dust.number("albedo", 0.0..=1.0) {
+        return Ok(Albedo::Constant(value));
+    }
+    match dust.table("albedo") {
+        Ok(Some(section)) => build_kind("albedo", KINDS, &section, inputs),
+        _ => Err(dust.error("albedo", "an albedo is a number from 0 to 1, or a table with a kind")),
+    }
+}

@@ -1,0 +1,123 @@
+//! What stars have made of a gas.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use spectra::spectrum::Spectrum;
+
+use super::cloud::GasCloud;
+use crate::field::{Field, Grid};
+
+/// A species of a gas: its name, its density, and the emission coefficient of density 1 \[W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹\].
+pub type Glow = (String, Arc<dyn Field>, Spectrum);
+
+/// The part of a star's photons that leaves the cloud which is told.
+const ESCAPED: f64 = 0.005;
+/// The part of steps that did not settle which is told.
+const UNSETTLED: f64 = 1e-4;
+
+/// What the stars make of a `[gas]` table.
+#[derive(Debug, Clone)]
+pub struct IonisedGas {
+    /// The gas, and the stars that ionise it.
+    pub cloud: GasCloud,
+    /// Its electron temperature, weighted by n_p n_e \[K\]; nothing where no gas is ionised.
+    pub temperature: Option<f64>,
+    /// The density of electrons, weighted by the same \[cm⁻³\].
+    pub electrons: Option<f64>,
+    /// By star, the part of its ionising photons that leaves the cloud.
+    pub escaped: Vec<f64>,
+    /// The passes that several stars took, and the part of all ions of hydrogen that the last of them moved.
+    pub passes: usize,
+    /// See [`passes`](Self::passes).
+    pub change: f64,
+    /// Who had light go through it: the processor or a device.
+    pub by: String,
+    /// The part of steps in which the gas did not settle.
+    pub unsettled: f64,
+    /// Whether it was solved on few voxels, for a first look.
+    pub is_rough: bool,
+    /// Its species: one for each line that is seen, or some that always shine together, and one for the continuum.
+    pub(in crate::scene) species: Vec<Glow>,
+}
+
+impl IonisedGas {
+    /// The gas between this one and a later one, at a part of the way \[1\]: each species in proportion. What is told is that of this one.
+    pub(in crate::scene) fn mixed(&self, later: &Self, part: f64) -> Self {
+        let mut species = Vec::new();
+        let scaled = |density: &Arc<dyn Field>, factor: f64| -> Vec<f32> {
+            let values = density.grid().map(|grid| grid.values().into_owned()).unwrap_or_default();
+            values.into_par_iter().map(|value| (f64::from(value) * factor) as f32).collect()
+        };
+        let mut add = |name: &String, spectrum: &Spectrum, values: Vec<f32>| {
+            species.push((
+                name.clone(),
+                Arc::new(Grid::from_lattice(self.cloud.lattice.clone(), values)) as Arc<dyn Field>,
+                spectrum.clone(),
+            ));
+        };
+        for (name, density, spectrum) in &self.species {
+            let mut own = scaled(density, 1.0 - part);
+            if let Some((_, other, _)) = later.species.iter().find(|other| other.0 == *name) {
+                own.par_iter_mut().zip(scaled(other, part)).for_each(|(own, other)| *own += other);
+            }
+            add(name, spectrum, own);
+        }
+        for (name, density, spectrum) in later.species.iter().filter(|other| self.species.iter().all(|own| own.0 != other.0)) {
+            add(name, spectrum, scaled(density, part));
+        }
+        Self { species, ..self.clone() }
+    }
+
+    /// What is to be known of it, in sentences.
+    pub fn told(&self) -> Vec<String> {
+        let (Some(temperature), Some(electrons)) = (self.temperature, self.electrons) else {
+            return vec!["no star ionises it: none has photons above 13.6 eV, or no gas is near".into()];
+        };
+        let mut told = vec![format!("{temperature:.0} K and {electrons:.3e} electrons per cm3 where it is ionised")];
+        for (star, escaped) in self.cloud.stars.iter().zip(&self.escaped).filter(|(_, escaped)| **escaped > ESCAPED) {
+            told.push(format!("{:.0} % of the ionising photons of {} leave the cloud, or miss it", 100.0 * escaped, star.name));
+        }
+        if self.passes > 1 {
+            told.push(format!("{} passes on {}; the last of them moved {:.1e} of its ions", self.passes, self.by, self.change));
+        }
+        if self.unsettled > UNSETTLED {
+            told.push(format!("in {:.2} % of the steps of beams the gas did not settle", 100.0 * self.unsettled));
+        }
+        told
+    }
+}
+
+/// The cubic B-spline of values at their own voxels: each is shared with its neighbours, by 1/6, 2/3 and 1/6 along each axis; their sum
+/// stays. Skins of ionised gas are thinner than voxels: read between voxels as they are, they would be rows of cubes.
+pub(super) fn softened(dims: [usize; 3], mut values: Vec<f32>) -> Vec<f32> {
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    for (count, stride) in dims.into_iter().zip(strides) {
+        // What would leave at an edge stays in the last voxel.
+        let shared = |i: usize| {
+            let at = i / stride % count;
+            let (before, after) = (if at > 0 { i - stride } else { i }, if at + 1 < count { i + stride } else { i });
+            (values[before] + values[after] + 4.0 * values[i]) / 6.0
+        };
+        values = (0..values.len()).into_par_iter().map(shared).collect();
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The light of a voxel goes to its neighbours, by the product of three rows of weights, and none is lost, at corners either.
+    #[test]
+    fn softening_keeps_all_light() {
+        let dims = [4, 3, 5];
+        for (voxel, own) in [(17, 8.0 / 27.0), (0, 125.0 / 216.0)] {
+            let mut values = vec![0.0; 60];
+            values[voxel] = 8.0;
+            let soft = softened(dims, values);
+            assert!((soft.iter().sum::<f32>() - 8.0).abs() < 1e-5 && (soft[voxel] / 8.0 - own).abs() < 1e-6, "{voxel}: {}", soft[voxel]);
+        }
+        assert!(softened(dims, vec![3.0; 60]).iter().all(|v| (v - 3.0).abs() < 1e-6));
+    }
+}
