@@ -19,15 +19,45 @@ fn radiance(plan: &Plan) -> Vec<f64> {
     cpu::radiance(plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
 }
 
-const CAMERA: &str =
-    "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.4 0.3 5 pc\"\nfield_of_view = \"26 deg\"\nsize = [16, 16]\n";
-const BALL: &str =
-    "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nlaw = \"ccm89\"\nscale = \"1.5 /pc\"\nalbedo = 0.8\n";
-const STAR: &str =
-    "[[star]]\nkind = \"blackbody\"\nposition = \"0.3 0.5 1.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n";
-const GAS: &str = "[field.knot]\nkind = \"sphere\"\nradius = \"0.6 pc\"\ncentre = \"0.3 0 0.2 pc\"\n[[emission]]\nname = \"line\"\nkind = \"lines\"\ndensity = \"knot\"\n\
-                   scale = \"4e-25 W/m3/sr\"\nlines = [{ wavelength = \"540 nm\", strength = 1 }]\n";
-const BEHIND: &str = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"5e-10 W/m2/sr/nm\"\n";
+const CAMERA: &str = r#"bands = ["johnson-V"]
+[camera]
+kind = "perspective"
+position = "0.4 0.3 5 pc"
+field_of_view = "26 deg"
+size = [16, 16]
+"#;
+const BALL: &str = r#"[field.ball]
+kind = "sphere"
+radius = "1 pc"
+[dust]
+density = "ball"
+law = "ccm89"
+scale = "1.5 /pc"
+albedo = 0.8
+"#;
+const STAR: &str = r#"[[star]]
+kind = "blackbody"
+position = "0.3 0.5 1.3 pc"
+temperature = "9000 K"
+luminosity = "100 Lsun"
+visible = false
+"#;
+const GAS: &str = r#"[field.knot]
+kind = "sphere"
+radius = "0.6 pc"
+centre = "0.3 0 0.2 pc"
+[[emission]]
+name = "line"
+kind = "lines"
+density = "knot"
+scale = "4e-25 W/m3/sr"
+lines = [{ wavelength = "540 nm", strength = 1 }]
+"#;
+const BEHIND: &str = r#"[background]
+kind = "blackbody"
+temperature = "4000 K"
+radiance = "5e-10 W/m2/sr/nm"
+"#;
 const METHOD: &str = "[method]\naccuracy = 0.003\nbake = 40\n";
 
 fn forward(g: f64) -> String {
@@ -156,7 +186,12 @@ fn passbands_do_not_mix() {
     let picture = |bands: &str| {
         let camera = CAMERA.replace("\"johnson-V\"", bands);
         let dust = BALL.replace("ccm89", "draine03_rv31").replace("albedo = 0.8\n", "");
-        let scene = parse(&format!("{camera}{dust}phase = {{ kind = \"henyey_greenstein\" }}\n{STAR}{METHOD}count = 4\nbounces = 3\n"));
+        let scene = parse(&format!(
+            r#"{camera}{dust}phase = {{ kind = "henyey_greenstein" }}
+{STAR}{METHOD}count = 4
+bounces = 3
+"#
+        ));
         radiance(&Plan::sampled(&scene, &Options::default(), 60, &Control::default()).unwrap())
     };
     let all = picture("\"johnson-B\", \"johnson-V\", \"cousins-R\"");

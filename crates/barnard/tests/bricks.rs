@@ -18,14 +18,49 @@ use barnard::volume::{Channel, ChannelMut, Volume};
 fn scene(camera: &str, method: &str) -> Scene {
     let stars = if camera.contains("perspective") { "[background.stars]\ndensity = \"50 /deg2\"" } else { "" };
     let text = format!(
-        "bands = \"johnson\"\n[camera]\n{camera}\n\
-         [field.cloud]\nkind = \"fbm\"\nseed = 3\noctaves = 4\nradius = \"1 pc\"\n\
-         [dust]\ndensity = \"cloud\"\nscale = \"6 /pc\"\nlaw = \"gordon23\"\nalbedo = 0.6\n[dust.phase]\nkind = \"henyey_greenstein\"\ng = 0.5\n\
-         [[emission]]\nkind = \"lines\"\ndensity = \"cloud * (1 + x)\"\nscale = \"1e-9 W/m2/sr/pc\"\nlines = [{{ wavelength = \"550 nm\", strength = 1 }}]\n\
-         [[star]]\nname = \"inside\"\nkind = \"blackbody\"\nposition = \"0 0.02 0.3 pc\"\ntemperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\n\
-         [[star]]\nname = \"outside\"\nkind = \"blackbody\"\nposition = \"-1.5 0.9 2 pc\"\ntemperature = \"6000 K\"\nluminosity = \"3000 Lsun\"\nvisible = false\n\
-         [background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"1e-12 W/m2/sr/nm\"\n{stars}\n\
-         [method]\nbake = 40\n{method}\n"
+        r#"bands = "johnson"
+[camera]
+{camera}
+[field.cloud]
+kind = "fbm"
+seed = 3
+octaves = 4
+radius = "1 pc"
+[dust]
+density = "cloud"
+scale = "6 /pc"
+law = "gordon23"
+albedo = 0.6
+[dust.phase]
+kind = "henyey_greenstein"
+g = 0.5
+[[emission]]
+kind = "lines"
+density = "cloud * (1 + x)"
+scale = "1e-9 W/m2/sr/pc"
+lines = [{{ wavelength = "550 nm", strength = 1 }}]
+[[star]]
+name = "inside"
+kind = "blackbody"
+position = "0 0.02 0.3 pc"
+temperature = "12000 K"
+luminosity = "1000 Lsun"
+[[star]]
+name = "outside"
+kind = "blackbody"
+position = "-1.5 0.9 2 pc"
+temperature = "6000 K"
+luminosity = "3000 Lsun"
+visible = false
+[background]
+kind = "power_law"
+exponent = 0
+radiance = "1e-12 W/m2/sr/nm"
+{stars}
+[method]
+bake = 40
+{method}
+"#
     );
     let mut scene = barnard_files::parse("bricks.toml", "bricks", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
     sample_functions(&mut scene, &Options::default()).unwrap();
@@ -93,12 +128,26 @@ fn difference(a: &Image, b: &Image) -> f64 {
 }
 
 const CAMERAS: [&str; 4] = [
-    "kind = \"perspective\"\nposition = \"0.4 0.3 4 pc\"\nfield_of_view = \"34 deg\"\nsize = [50, 39]",
+    r#"kind = "perspective"
+position = "0.4 0.3 4 pc"
+field_of_view = "34 deg"
+size = [50, 39]"#,
     // From inside, through a corner between bricks.
-    "kind = \"perspective\"\nposition = \"0 0.02 -0.4 pc\"\ntarget = \"0.2 0.5 0.1 pc\"\nfield_of_view = \"80 deg\"\nsize = [40, 40]",
+    r#"kind = "perspective"
+position = "0 0.02 -0.4 pc"
+target = "0.2 0.5 0.1 pc"
+field_of_view = "80 deg"
+size = [40, 40]"#,
     // Along an axis: rays that run on borders between bricks.
-    "kind = \"orthographic\"\nposition = \"0 0 5 pc\"\nwidth = \"2.2 pc\"\nsize = [40, 40]\nsupersampling = 2",
-    "kind = \"orthographic\"\nposition = \"-4 3 -2 pc\"\nwidth = \"2.6 pc\"\nsize = [37, 30]",
+    r#"kind = "orthographic"
+position = "0 0 5 pc"
+width = "2.2 pc"
+size = [40, 40]
+supersampling = 2"#,
+    r#"kind = "orthographic"
+position = "-4 3 -2 pc"
+width = "2.6 pc"
+size = [37, 30]"#,
 ];
 
 /// Four kinds of view, and all rules whose terms are exponentials: N bricks are one to 1e-6 of the peak.

@@ -14,7 +14,13 @@ fn text(stars: usize, phase: &str, method: &str) -> String {
     let star = |i: usize| {
         let place = [0.618_034, 0.414_214, 0.732_051].map(|step| 1.6 * part(i, step) - 0.8);
         format!(
-            "[[star]]\nkind = \"blackbody\"\nvisible = false\nposition = \"{:.4} {:.4} {:.4} pc\"\ntemperature = \"{} K\"\nluminosity = \"{} Lsun\"\n",
+            r#"[[star]]
+kind = "blackbody"
+visible = false
+position = "{:.4} {:.4} {:.4} pc"
+temperature = "{} K"
+luminosity = "{} Lsun"
+"#,
             place[0],
             place[1],
             place[2],
@@ -23,9 +29,28 @@ fn text(stars: usize, phase: &str, method: &str) -> String {
         )
     };
     format!(
-        "bands = [\"johnson-B\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 5 pc\"\nfield_of_view = \"26 deg\"\nsize = [14, 14]\n\
-         [field.cloud]\nkind = \"fbm\"\nseed = 3\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 3\noffset = 0.3\n\
-         [dust]\ndensity = \"cloud\"\nscale = \"1.2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.7\n{phase}{}[method]\nbake = 48\naccuracy = 3e-3\n{method}",
+        r#"bands = ["johnson-B"]
+[camera]
+kind = "perspective"
+position = "0.3 0.2 5 pc"
+field_of_view = "26 deg"
+size = [14, 14]
+[field.cloud]
+kind = "fbm"
+seed = 3
+radius = "1 pc"
+scale = "0.8 pc"
+octaves = 3
+offset = 0.3
+[dust]
+density = "cloud"
+scale = "1.2 /pc"
+law = "ccm89"
+albedo = 0.7
+{phase}{}[method]
+bake = 48
+accuracy = 3e-3
+{method}"#,
         (0..stars).map(star).collect::<String>()
     )
 }

@@ -23,14 +23,39 @@ fn gathered_light_is_that_of_all_stars() {
         let star = |i: usize| {
             let temperature = 3000 + 4000 * i;
             format!(
-                "[[star]]\nkind = \"blackbody\"\nposition = \"{}\"\ntemperature = \"{temperature} K\"\nluminosity = \"100 Lsun\"\nvisible = false\n",
+                r#"[[star]]
+kind = "blackbody"
+position = "{}"
+temperature = "{temperature} K"
+luminosity = "100 Lsun"
+visible = false
+"#,
                 place(i)
             )
         };
         parse(&format!(
-            "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"16 deg\"\nsize = [8, 8]\n\
-             [field.cloud]\nkind = \"fbm\"\nseed = 4\nscale = \"0.4 pc\"\noffset = 0.2\n\
-             [dust]\ndensity = \"cloud\"\nscale = \"3 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n{phase}\n[method]\nname = \"propagation\"\nbake = 48\naccuracy = 5e-3\n{}",
+            r#"bands = ["johnson-V"]
+[camera]
+kind = "perspective"
+position = "0 0 4 pc"
+field_of_view = "16 deg"
+size = [8, 8]
+[field.cloud]
+kind = "fbm"
+seed = 4
+scale = "0.4 pc"
+offset = 0.2
+[dust]
+density = "cloud"
+scale = "3 /pc"
+law = "ccm89"
+albedo = 0.6
+{phase}
+[method]
+name = "propagation"
+bake = 48
+accuracy = 5e-3
+{}"#,
             (0..stars).map(star).collect::<String>()
         ))
     };
@@ -80,11 +105,31 @@ fn every_method_keeps_to_what_it_states() {
     for seed in [3, 11] {
         let text = |temperature: u32| {
             format!(
-                "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"16 deg\"\nsize = [6, 6]\n\
-                 [field.cloud]\nkind = \"fbm\"\nseed = {seed}\nscale = \"0.5 pc\"\noffset = 0.2\n\
-                 [dust]\ndensity = \"cloud\"\nscale = \"0.8 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\n\
-                 [[star]]\nkind = \"blackbody\"\nposition = \"0.9 1.1 {} pc\"\ntemperature = \"{temperature} K\"\nradius = \"5 Rsun\"\nvisible = false\n\
-                 [method]\nbake = 24\n",
+                r#"bands = ["johnson-V"]
+[camera]
+kind = "perspective"
+position = "0 0 4 pc"
+field_of_view = "16 deg"
+size = [6, 6]
+[field.cloud]
+kind = "fbm"
+seed = {seed}
+scale = "0.5 pc"
+offset = 0.2
+[dust]
+density = "cloud"
+scale = "0.8 /pc"
+law = "inverse_wavelength"
+albedo = 0.6
+[[star]]
+kind = "blackbody"
+position = "0.9 1.1 {} pc"
+temperature = "{temperature} K"
+radius = "5 Rsun"
+visible = false
+[method]
+bake = 24
+"#,
                 0.1 * f64::from(seed)
             )
         };
@@ -116,12 +161,37 @@ fn every_method_keeps_to_what_it_states() {
 fn halves_show_the_same() {
     let plan = |scale: f64, volumes: &str| {
         let scene = parse(&format!(
-            "bands = [\"johnson-B\", \"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"26 deg\"\nsize = [24, 24]\n\
-             [field.cloud]\nkind = \"fbm\"\nseed = 4\nscale = \"0.4 pc\"\noffset = 0.2\n\
-             [dust]\ndensity = \"{scale} * cloud\"\nscale = \"{} /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n\
-             [[emission]]\nkind = \"lines\"\nlines = [{{ wavelength = \"550 nm\", strength = 1 }}]\ndensity = \"{scale} * cloud^2\"\nscale = \"{} W/m2/sr/pc\"\n\
-             [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.3 0.4 pc\"\ntemperature = \"20000 K\"\nluminosity = \"900 Lsun\"\nvisible = false\n\
-             [method]\nbake = 48\nsteps = 60\n{volumes}",
+            r#"bands = ["johnson-B", "johnson-V"]
+[camera]
+kind = "perspective"
+position = "0 0 4 pc"
+field_of_view = "26 deg"
+size = [24, 24]
+[field.cloud]
+kind = "fbm"
+seed = 4
+scale = "0.4 pc"
+offset = 0.2
+[dust]
+density = "{scale} * cloud"
+scale = "{} /pc"
+law = "ccm89"
+albedo = 0.6
+[[emission]]
+kind = "lines"
+lines = [{{ wavelength = "550 nm", strength = 1 }}]
+density = "{scale} * cloud^2"
+scale = "{} W/m2/sr/pc"
+[[star]]
+kind = "blackbody"
+position = "0.2 0.3 0.4 pc"
+temperature = "20000 K"
+luminosity = "900 Lsun"
+visible = false
+[method]
+bake = 48
+steps = 60
+{volumes}"#,
             9.0 / scale,
             1e-6 / scale
         ));
@@ -148,9 +218,17 @@ fn halves_show_the_same() {
 /// next to a star, with gas, a background and one phase function for each wavelength, to what the certificates say.
 #[test]
 fn bands_that_share_nodes_are_those_alone() {
-    let gas = "[[emission]]\nkind = \"lines\"\nlines = [{ wavelength = \"502 nm\", strength = 3 }, { wavelength = \"655 nm\", strength = 1 }]\n\
-               density = \"cloud^2\"\nscale = \"1e-7 W/m2/sr/pc\"\n";
-    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let gas = r#"[[emission]]
+kind = "lines"
+lines = [{ wavelength = "502 nm", strength = 3 }, { wavelength = "655 nm", strength = 1 }]
+density = "cloud^2"
+scale = "1e-7 W/m2/sr/pc"
+"#;
+    let behind = r#"[background]
+kind = "blackbody"
+temperature = "4000 K"
+radiance = "2.5e-8 W/m2/sr/um"
+"#;
     let narrow = |i: usize| {
         let (centre, width) = (Wavelength(0.4025 + 0.005 * i as f64), Wavelength(0.005));
         window(&format!("band {i}"), Counting::Energy, Window::TopHat { centre, width }).unwrap()
@@ -161,11 +239,29 @@ fn bands_that_share_nodes_are_those_alone() {
     {
         let phase = if phase.is_empty() { String::new() } else { format!("phase = {{ kind = \"{phase}\" }}\n") };
         let scene = parse(&format!(
-            "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"26 deg\"\nsize = [12, 12]\n\
-             [field.cloud]\nkind = \"sphere\"\nradius = \"1 pc\"\n\
-             [dust]\ndensity = \"cloud\"\nscale = \"{density} /pc\"\nlaw = \"draine03_rv31\"\nalbedo = 0.6\n{phase}{beside}\
-             [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.1 {star} pc\"\ntemperature = \"20000 K\"\nluminosity = \"900 Lsun\"\nvisible = false\n\
-             [method]\nbake = 32\n"
+            r#"bands = ["johnson-V"]
+[camera]
+kind = "perspective"
+position = "0 0 4 pc"
+field_of_view = "26 deg"
+size = [12, 12]
+[field.cloud]
+kind = "sphere"
+radius = "1 pc"
+[dust]
+density = "cloud"
+scale = "{density} /pc"
+law = "draine03_rv31"
+albedo = 0.6
+{phase}{beside}[[star]]
+kind = "blackbody"
+position = "0.2 0.1 {star} pc"
+temperature = "20000 K"
+luminosity = "900 Lsun"
+visible = false
+[method]
+bake = 32
+"#
         ));
         let rendered = |bands: Vec<Passband>| {
             let scene = scene.clone().bands(bands);

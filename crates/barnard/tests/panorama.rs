@@ -12,12 +12,36 @@ use barnard::scene::Scene;
 fn scene() -> Scene {
     let balls = [("a", "0 0 -2"), ("b", "0.5 1.8 0"), ("c", "-1 0 2")];
     let fields = balls
-        .map(|(name, at)| format!("[field.{name}]\nkind = \"plummer\"\ncore = \"0.5 pc\"\ncut = \"2 pc\"\ncentre = \"{at} pc\"\n"))
+        .map(|(name, at)| {
+            format!(
+                r#"[field.{name}]
+kind = "plummer"
+core = "0.5 pc"
+cut = "2 pc"
+centre = "{at} pc"
+"#
+            )
+        })
         .concat();
     let text = format!(
-        "bands = [\"bessell-V\"]\n[camera]\nkind = \"fisheye\"\nposition = \"0 0 0 pc\"\ntarget = \"0 0 -1 pc\"\nsize = [24, 24]\n{fields}[dust]\n\
-         density = \"a + 0.5*b + 2*c\"\nscale = \"0.4 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n[[star]]\nkind = \"blackbody\"\nposition = \"0.4 3 2.5 pc\"\n\
-         temperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\nvisible = false\n"
+        r#"bands = ["bessell-V"]
+[camera]
+kind = "fisheye"
+position = "0 0 0 pc"
+target = "0 0 -1 pc"
+size = [24, 24]
+{fields}[dust]
+density = "a + 0.5*b + 2*c"
+scale = "0.4 /pc"
+law = "ccm89"
+albedo = 0.6
+[[star]]
+kind = "blackbody"
+position = "0.4 3 2.5 pc"
+temperature = "12000 K"
+luminosity = "1000 Lsun"
+visible = false
+"#
     );
     barnard_files::parse("panorama.toml", "panorama", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
@@ -131,8 +155,15 @@ fn parts_and_places() {
 #[test]
 fn bad_angles_are_refused() {
     let read = |keys: &str| {
-        let text =
-            format!("bands = [\"bessell-V\"]\n[camera]\nkind = \"fisheye\"\nposition = \"0 0 0 pc\"\ntarget = \"0 0 -1 pc\"\n{keys}\n");
+        let text = format!(
+            r#"bands = ["bessell-V"]
+[camera]
+kind = "fisheye"
+position = "0 0 0 pc"
+target = "0 0 -1 pc"
+{keys}
+"#
+        );
         barnard_files::parse("dome.toml", "dome", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).map_err(|e| e.to_string())
     };
     for (keys, words) in [
@@ -272,7 +303,14 @@ fn impossible_eyes_are_refused() {
         ("eye_distance = \"0.1 pc\"\narrangement = \"anaglyph\"", "over_under"),
         ("eye_distance = \"0.1 pc\"\nfocus = 1", "unknown key"),
     ] {
-        let text = format!("[camera]\nkind = \"fisheye\"\nposition = \"0 0 4 pc\"\n[camera.stereo]\n{said}\n");
+        let text = format!(
+            r#"[camera]
+kind = "fisheye"
+position = "0 0 4 pc"
+[camera.stereo]
+{said}
+"#
+        );
         let error = barnard_files::parse("eyes.toml", "eyes", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap_err().to_string();
         assert!(error.contains(words), "{said}: {error}");
     }

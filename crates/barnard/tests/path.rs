@@ -126,14 +126,37 @@ fn one_bounce_is_the_reference() {
 fn wide_bands_are_the_sum_of_narrow_ones() {
     let top_hat = |centre: f64, width: f64| {
         format!(
-            "[[band]]\nname = \"{centre}\"\nkind = \"top_hat\"\ncentre = \"{centre} nm\"\nwidth = \"{width} nm\"\ncounting = \"energy\"\n"
+            r#"[[band]]
+name = "{centre}"
+kind = "top_hat"
+centre = "{centre} nm"
+width = "{width} nm"
+counting = "energy"
+"#
         )
     };
     let scene = |bands: &str, optics: &str| {
         parse(&format!(
-            "[camera]\nkind = \"perspective\"\nposition = \"0 0 5 pc\"\nfield_of_view = \"20 deg\"\nsize = [4, 4]\n[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n\
-             [dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"draine03_rv31\"\n{optics}\n\
-             [[star]]\nkind = \"blackbody\"\nposition = \"0.4 0.5 1.2 pc\"\ntemperature = \"9000 K\"\nluminosity = \"10 Lsun\"\nvisible = false\n{bands}"
+            r#"[camera]
+kind = "perspective"
+position = "0 0 5 pc"
+field_of_view = "20 deg"
+size = [4, 4]
+[field.ball]
+kind = "sphere"
+radius = "1 pc"
+[dust]
+density = "ball"
+scale = "2 /pc"
+law = "draine03_rv31"
+{optics}
+[[star]]
+kind = "blackbody"
+position = "0.4 0.5 1.2 pc"
+temperature = "9000 K"
+luminosity = "10 Lsun"
+visible = false
+{bands}"#
         ))
     };
     // Light of all pixels, and its standard error, of bands from `first` on.

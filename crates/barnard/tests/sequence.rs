@@ -85,7 +85,15 @@ fn followed(sequence: &Sequence, choices: &Choices, times: &[f64]) -> Image {
 #[test]
 #[ignore = "long"]
 fn frames_do_not_depend_on_those_before() {
-    let track = |of: &str, values: &str| format!("[[animation]]\nof = \"{of}\"\ntimes = [\"0 s\", \"2 s\"]\nvalues = {values}\n");
+    let track = |of: &str, values: &str| {
+        format!(
+            r#"[[animation]]
+of = "{of}"
+times = ["0 s", "2 s"]
+values = {values}
+"#
+        )
+    };
     let brighter = track("star[0].luminosity", "[\"900 Lsun\", \"90 Lsun\"]");
     let moving = track("star[1].position", "[\"-0.4 -0.3 0.2 pc\", \"0.3 -0.3 0.4 pc\"]");
     let thicker = track("dust.scale", "[\"2 mag/pc\", \"7 mag/pc\"]");
@@ -181,7 +189,11 @@ fn levels_are_the_median_of_the_pilots() {
     assert!(whites.len() == 3 && whites[0] < 0.98 * whites[1] && whites[1] < 0.98 * whites[2], "{whites:?}");
     assert!((white / whites[1] - 1.0).abs() < 0.01, "{white:e} {whites:?}");
     let through = flight(&format!(
-        "{SAMPLED}[[animation]]\nof = \"star[1].position\"\ntimes = [\"0 s\", \"1 s\", \"2 s\"]\nvalues = [\"-0.4 -0.3 0.2 pc\", \"2.5 0.8 2.2 pc\", \"-0.4 -0.3 0.2 pc\"]\n"
+        r#"{SAMPLED}[[animation]]
+of = "star[1].position"
+times = ["0 s", "1 s", "2 s"]
+values = ["-0.4 -0.3 0.2 pc", "2.5 0.8 2.2 pc", "-0.4 -0.3 0.2 pc"]
+"#
     ));
     let Level::Radiance(beside) = self::held(&through.sequence().unwrap()).display.white else { panic!("no white") };
     assert!(beside <= whites[2] * 1.01, "{beside:e} {whites:?}");

@@ -22,15 +22,49 @@ fn sampled(scale: f64, voxels: usize, method: &str) -> Scene {
         lump("(x + 0.4)^2 + (y + 0.5)^2 + (z - 0.35)^2", 14.0)
     );
     let starlit = format!(
-        "[dust]\ndensity = \"{lumps}\"\nscale = \"{scale} /pc\"\nlaw = \"gordon23\"\nalbedo = 0.6\n[dust.phase]\nkind = \"henyey_greenstein\"\ng = 0.5\n\
-         [[star]]\nname = \"inside\"\nkind = \"blackbody\"\nposition = \"0 0.02 0 pc\"\ntemperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\n\
-         [[star]]\nname = \"outside\"\nkind = \"blackbody\"\nposition = \"-1.5 0.9 2 pc\"\ntemperature = \"6000 K\"\nluminosity = \"3000 Lsun\"\nvisible = false\n"
+        r#"[dust]
+density = "{lumps}"
+scale = "{scale} /pc"
+law = "gordon23"
+albedo = 0.6
+[dust.phase]
+kind = "henyey_greenstein"
+g = 0.5
+[[star]]
+name = "inside"
+kind = "blackbody"
+position = "0 0.02 0 pc"
+temperature = "12000 K"
+luminosity = "1000 Lsun"
+[[star]]
+name = "outside"
+kind = "blackbody"
+position = "-1.5 0.9 2 pc"
+temperature = "6000 K"
+luminosity = "3000 Lsun"
+visible = false
+"#
     );
     let text = format!(
-        "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"0.4 0.3 4 pc\"\nfield_of_view = \"34 deg\"\nsize = [60, 52]\n\
-         [field.cube]\nkind = \"box\"\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\n{}\
-         [[emission]]\nkind = \"lines\"\ndensity = \"{lumps} * (1.5 + x)\"\nscale = \"1e-9 W/m2/sr/pc\"\nlines = [{{ wavelength = \"550 nm\", strength = 1 }}]\n\
-         [method]\nbake = {voxels}\n{method}\n",
+        r#"bands = "johnson"
+[camera]
+kind = "perspective"
+position = "0.4 0.3 4 pc"
+field_of_view = "34 deg"
+size = [60, 52]
+[field.cube]
+kind = "box"
+low = "-1 -1 -1 pc"
+high = "1 1 1 pc"
+{}[[emission]]
+kind = "lines"
+density = "{lumps} * (1.5 + x)"
+scale = "1e-9 W/m2/sr/pc"
+lines = [{{ wavelength = "550 nm", strength = 1 }}]
+[method]
+bake = {voxels}
+{method}
+"#,
         if scale > 0.0 { &starlit } else { "" }
     );
     let mut scene = barnard_files::parse("sparse.toml", "sparse", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();

@@ -46,14 +46,39 @@ fn built_in() -> Vec<(Scene, Vec<Vec<f64>>)> {
 }
 
 const OUTSIDE: &str = "position = \"0 0 6 pc\"\nfield_of_view = \"22 deg\"";
-const GRID: &str = "[field.n]\nkind = \"grid\"\nfile = \"density.npy\"\naxes = \"zyx\"\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\n";
-const BALL: &str = "[field.n]\nkind = \"sphere\"\nradius = \"1 pc\"\n";
+const GRID: &str = r#"[field.n]
+kind = "grid"
+file = "density.npy"
+axes = "zyx"
+low = "-1 -1 -1 pc"
+high = "1 1 1 pc"
+"#;
+const BALL: &str = r#"[field.n]
+kind = "sphere"
+radius = "1 pc"
+"#;
 
 /// Dust lit by a star that is not drawn itself.
 fn lit(camera: &str, field: &str, density: &str, scale: f64, star: &str, g: f64) -> String {
     format!(
-        "bands = [\"bessell-V\"]\n[camera]\nkind = \"perspective\"\n{camera}\nsize = [24, 24]\n{field}[dust]\ndensity = \"{density}\"\nscale = \"{scale} /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n\
-         phase = {{ kind = \"henyey_greenstein\", g = {g} }}\n[[star]]\nkind = \"blackbody\"\nposition = \"{star} pc\"\ntemperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\nvisible = false\n"
+        r#"bands = ["bessell-V"]
+[camera]
+kind = "perspective"
+{camera}
+size = [24, 24]
+{field}[dust]
+density = "{density}"
+scale = "{scale} /pc"
+law = "ccm89"
+albedo = 0.6
+phase = {{ kind = "henyey_greenstein", g = {g} }}
+[[star]]
+kind = "blackbody"
+position = "{star} pc"
+temperature = "12000 K"
+luminosity = "1000 Lsun"
+visible = false
+"#
     )
 }
 
@@ -68,7 +93,15 @@ fn inside(position: &str, target: &str, degrees: f64) -> String {
 #[ignore = "long"]
 fn stated_errors_hold() {
     let grid = |camera: &str, scale: f64, star: &str, g: f64| lit(camera, GRID, "n", scale, star, g);
-    let shell = |thickness: f64| format!("[field.n]\nkind = \"shell\"\nradius = \"0.8 pc\"\nthickness = \"{thickness} pc\"\n");
+    let shell = |thickness: f64| {
+        format!(
+            r#"[field.n]
+kind = "shell"
+radius = "0.8 pc"
+thickness = "{thickness} pc"
+"#
+        )
+    };
     let scenes = [
         grid(&inside("0.3 0.1 0.2", "-0.5 0 0", 60.0), 2.0, "-0.3 0.2 -0.1", 0.5),
         grid(&inside("0 0 0", "1 0.2 0", 90.0), 6.0, "0.5 0.2 0.1", 0.5),
@@ -87,12 +120,39 @@ fn stated_errors_hold() {
         lit(OUTSIDE, BALL, "n", 2.0, "0.2 0.1 0.3", 0.5),
         lit(&inside("0.5 0 0.2", "-0.5 0 0", 60.0), BALL, "n", 2.0, "0.2 0.1 0.3", 0.5),
         lit(OUTSIDE, BALL, "n * step(z, 0.11)", 4.0, "0.2 0.1 -0.3", 0.5),
-        lit(OUTSIDE, "[field.n]\nkind = \"box\"\nlow = \"-0.5 -0.7 -0.4 pc\"\nhigh = \"0.6 0.5 0.4 pc\"\n", "n", 3.0, "0.2 0.1 0.3", 0.0),
-        lit(OUTSIDE, "[field.n]\nkind = \"plummer\"\ncore = \"0.3 pc\"\ncut = \"1 pc\"\n", "n", 3.0, "0.2 0.1 0.3", 0.5),
+        lit(
+            OUTSIDE,
+            r#"[field.n]
+kind = "box"
+low = "-0.5 -0.7 -0.4 pc"
+high = "0.6 0.5 0.4 pc"
+"#,
+            "n",
+            3.0,
+            "0.2 0.1 0.3",
+            0.0,
+        ),
+        lit(
+            OUTSIDE,
+            r#"[field.n]
+kind = "plummer"
+core = "0.3 pc"
+cut = "1 pc"
+"#,
+            "n",
+            3.0,
+            "0.2 0.1 0.3",
+            0.5,
+        ),
         lit(OUTSIDE, &shell(0.05), "n", 4.0, "0.2 0.1 0.3", 0.5),
         lit(
             OUTSIDE,
-            "[field.n]\nkind = \"slab\"\nnormal = [0.3, 0.2, 1]\nthickness = \"0.3 pc\"\nextent = \"1 pc\"\n",
+            r#"[field.n]
+kind = "slab"
+normal = [0.3, 0.2, 1]
+thickness = "0.3 pc"
+extent = "1 pc"
+"#,
             "n",
             3.0,
             "0.2 0.1 0.9",
@@ -128,9 +188,27 @@ fn skins_are_not_overstated() {
 fn samples_are_part_of_the_error() {
     let text = |method: &str| {
         format!(
-            "[camera]\nkind = \"orthographic\"\nposition = \"0 0 5 pc\"\nwidth = \"2.2 pc\"\nsize = [41, 41]\n{BALL}[dust]\ndensity = \"n\"\nscale = \"2 mag/pc\"\nlaw = \"ccm89\"\nalbedo = 0.0\n\
-             [[emission]]\nkind = \"lines\"\ndensity = \"n\"\nscale = \"1e-25 W/m3/sr\"\nlines = [{{ wavelength = \"656.28 nm\", strength = 1 }}]\n\
-             [[band]]\nname = \"Ha\"\nkind = \"top_hat\"\ncentre = \"656.3 nm\"\nwidth = \"3 nm\"\n{method}"
+            r#"[camera]
+kind = "orthographic"
+position = "0 0 5 pc"
+width = "2.2 pc"
+size = [41, 41]
+{BALL}[dust]
+density = "n"
+scale = "2 mag/pc"
+law = "ccm89"
+albedo = 0.0
+[[emission]]
+kind = "lines"
+density = "n"
+scale = "1e-25 W/m3/sr"
+lines = [{{ wavelength = "656.28 nm", strength = 1 }}]
+[[band]]
+name = "Ha"
+kind = "top_hat"
+centre = "656.3 nm"
+width = "3 nm"
+{method}"#
         )
     };
     let (stated, off) = errors(&text("[method]\nbake = 12\n"));
@@ -143,7 +221,10 @@ fn samples_are_part_of_the_error() {
 /// reference, 89 s for 12 × 9 pixels, has 7.8e-2 for the 8.1e-2 that is stated there.)
 #[test]
 fn dust_at_a_star_is_the_fields_own() {
-    let cloud = "[field.n]\nkind = \"fbm\"\nradius = \"1 pc\"\n";
+    let cloud = r#"[field.n]
+kind = "fbm"
+radius = "1 pc"
+"#;
     let rendered = |bake: usize| {
         let text = lit(OUTSIDE, cloud, "n", 3.8, "0.31 -0.21 0.91", 0.5) + &format!("[method]\naccuracy = 0.02\nbake = {bake}\n");
         let scene = barnard_files::parse("noise.toml", "noise", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();

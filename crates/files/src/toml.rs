@@ -145,7 +145,20 @@ mod tests {
     /// Every value has the line of its key, tables and items of lists that of their own beginning.
     #[test]
     fn places_are_lines() {
-        let text = "a = 1\n\n[b]\nc = [\n  { d = \"x\" },\n  2.5,\n]\n[[e]]\nf = true\n[[e]]\nf = false\n[g.h]\ni = 1\n";
+        let text = r#"a = 1
+
+[b]
+c = [
+  { d = "x" },
+  2.5,
+]
+[[e]]
+f = true
+[[e]]
+f = false
+[g.h]
+i = 1
+"#;
         let table = properties("test.toml", text).unwrap();
         let line = |property: &Property| property.origin.as_ref().unwrap().line;
         let under = |property: &Property, key: &str| match &property.value {

@@ -8,8 +8,24 @@ use barnard_files::{SceneFile, builtin};
 /// A scene around what is said of its changes.
 fn text(camera: &str, rest: &str) -> String {
     format!(
-        "[camera]\nkind = \"perspective\"\nfield_of_view = \"30 deg\"\nsize = [8, 8]\n{camera}\n[field.ball]\nkind = \"plummer\"\ncore = \"0.3 pc\"\n\
-         [dust]\ndensity = \"ball\"\nscale = \"2 mag/pc\"\nlaw = \"ccm89\"\n[[star]]\nkind = \"blackbody\"\ntemperature = \"5000 K\"\nluminosity = \"10 Lsun\"\nposition = \"0 0 0 pc\"\n{rest}"
+        r#"[camera]
+kind = "perspective"
+field_of_view = "30 deg"
+size = [8, 8]
+{camera}
+[field.ball]
+kind = "plummer"
+core = "0.3 pc"
+[dust]
+density = "ball"
+scale = "2 mag/pc"
+law = "ccm89"
+[[star]]
+kind = "blackbody"
+temperature = "5000 K"
+luminosity = "10 Lsun"
+position = "0 0 0 pc"
+{rest}"#
     )
 }
 
@@ -22,7 +38,12 @@ fn at(file: &SceneFile, time: f64) -> Scene {
 }
 
 fn key(time: f64, rest: &str) -> String {
-    format!("[[camera.path.key]]\ntime = \"{time} s\"\n{rest}\n")
+    format!(
+        r#"[[camera.path.key]]
+time = "{time} s"
+{rest}
+"#
+    )
 }
 
 /// A path leads through its keys, whatever unit they are in, and a still shows the first of them.
@@ -96,9 +117,23 @@ fn orientations_turn_the_camera() {
 /// What goes with a key of the scene: a star's temperature, the dust, the exposure, and what changes in steps.
 #[test]
 fn any_key_changes() {
-    let tracks = "[[animation]]\nof = \"star[0].temperature\"\ntimes = [\"0 s\", \"2 s\"]\nvalues = [\"5000 K\", \"9000 K\"]\n\
-                  [[animation]]\nof = \"dust.law\"\ntimes = [\"0 s\", \"1 s\"]\nvalues = [\"ccm89\", \"gordon23\"]\ninterpolation = \"step\"\n\
-                  [[animation]]\nof = \"display.white\"\ntimes = [\"1 s\", \"3 s\"]\nvalues = [1e-8, 3e-8]\n[sequence]\nfirst_frame = 100\nduration = \"10 s\"\n";
+    let tracks = r#"[[animation]]
+of = "star[0].temperature"
+times = ["0 s", "2 s"]
+values = ["5000 K", "9000 K"]
+[[animation]]
+of = "dust.law"
+times = ["0 s", "1 s"]
+values = ["ccm89", "gordon23"]
+interpolation = "step"
+[[animation]]
+of = "display.white"
+times = ["1 s", "3 s"]
+values = [1e-8, 3e-8]
+[sequence]
+first_frame = 100
+duration = "10 s"
+"#;
     let file = read(text("position = \"0 0 4 pc\"", tracks)).unwrap();
     let white = |time: f64| match at(&file, time).display.white {
         barnard::image::Level::Radiance(white) => white,
@@ -117,7 +152,11 @@ fn any_key_changes() {
 #[test]
 fn what_stays_is_kept() {
     let keys = [key(0.0, "position = \"0 0 4 pc\"\ntarget = \"0 0 0 pc\""), key(2.0, "position = \"4 0 0 pc\"")].concat();
-    let track = "[[animation]]\nof = \"star[0].luminosity\"\ntimes = [\"0.5 s\", \"2 s\"]\nvalues = [\"10 Lsun\", \"20 Lsun\"]\n";
+    let track = r#"[[animation]]
+of = "star[0].luminosity"
+times = ["0.5 s", "2 s"]
+values = ["10 Lsun", "20 Lsun"]
+"#;
     let file = read(text("[camera.path]", &format!("{keys}{track}"))).unwrap();
     let sequence = file.sequence().unwrap();
     let mut follower = Follower::new(&sequence);
@@ -131,7 +170,15 @@ fn what_stays_is_kept() {
 fn wrong_changes_are_told() {
     let still = "position = \"0 0 4 pc\"";
     let two = [key(0.0, "position = \"0 0 4 pc\""), key(1.0, "position = \"0 0 5 pc\"")].concat();
-    let track = |of: &str, times: &str, values: &str| format!("[[animation]]\nof = \"{of}\"\ntimes = {times}\nvalues = {values}\n");
+    let track = |of: &str, times: &str, values: &str| {
+        format!(
+            r#"[[animation]]
+of = "{of}"
+times = {times}
+values = {values}
+"#
+        )
+    };
     let (times, values) = ("[\"0 s\", \"1 s\"]", "[\"1 K\", \"2 K\"]");
     let wrong: &[(&str, String, &[&str])] = &[
         ("[camera.path]", String::new(), &["no keys", "two or more"]),
@@ -177,7 +224,13 @@ fn wrong_changes_are_told() {
         (still, "[sequence]\nshutter = \"400 deg\"".into(), &["0 to 360 deg"]),
         (
             still,
-            "[bookmark.1]\nkind = \"perspective\"\nposition = \"0 0 4 pc\"\nfield_of_view = \"30 deg\"\n[bookmark.1.path]\n".into(),
+            r#"[bookmark.1]
+kind = "perspective"
+position = "0 0 4 pc"
+field_of_view = "30 deg"
+[bookmark.1.path]
+"#
+            .into(),
             &["bookmark stands still"],
         ),
     ];
@@ -327,7 +380,13 @@ fn cameras_of_gltf() {
     let read = |(json, bytes): (String, Vec<u8>)| {
         std::fs::write(folder.path().join("a.gltf"), json).unwrap();
         std::fs::write(folder.path().join("a.bin"), bytes).unwrap();
-        let text = text("[camera.path]\ninterpolation = \"linear\"\nunit = \"2 pc\"\nfile = \"a.gltf\"", "");
+        let text = text(
+            r#"[camera.path]
+interpolation = "linear"
+unit = "2 pc"
+file = "a.gltf""#,
+            "",
+        );
         SceneFile::parse("test.toml", "test", text, barnard_files::in_folder(folder.path(), 1 << 30)).map_err(|e| e.to_string())
     };
     // The parent turns by a quarter about y from second 1 to 3; the camera, 3 ahead of it along z, goes along.

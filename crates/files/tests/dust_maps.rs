@@ -100,7 +100,13 @@ fn other_files_are_refused() {
     let plain = density("mean_and_std_xyz.fits", "array = \"MEAN\"").map(|_| ()).unwrap_err();
     assert!(plain.contains("Zhang"), "{plain}");
     // Extinctions are densities that dust of 1 mag/pc takes.
-    let said = density("cube_ext.fits.gz", "unit = \"mag/kpc\"\nwcs = false\nlow = \"0 0 0 pc\"\nhigh = \"9 7 5 pc\"");
+    let said = density(
+        "cube_ext.fits.gz",
+        r#"unit = "mag/kpc"
+wcs = false
+low = "0 0 0 pc"
+high = "9 7 5 pc""#,
+    );
     assert!(said.map(|_| ()).unwrap_err().contains("one of both is wrong"));
     let said = density("mean_std.h5", "array = \"mean\"\nunit = \"mag/kpc\"\nvoxel = \"1 pc\"").unwrap();
     assert!((said.at(DVec3::splat(-3.5)) / 1e-3 - 1.0).abs() < 1e-6);

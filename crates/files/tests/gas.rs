@@ -13,10 +13,26 @@ const PARSEC_CM: f64 = 3.085_677_581e18;
 
 fn parsed(gas: &str, star: &str, loader: &Loader) -> Result<Scene, String> {
     let text = format!(
-        "bands = [\"hst-wfc3-f502n\", \"hst-wfc3-f656n\", \"hst-wfc3-f658n\", \"hst-wfc3-f673n\"]\n\
-         [camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [24, 24]\n\
-         [field.ball]\nkind = \"sphere\"\nradius = \"5.3 pc\"\n[field.hole]\nkind = \"sphere\"\nradius = \"0.972 pc\"\n\
-         [gas]\ndensity = \"100 * ball * (1 - hole)\"\n{gas}\n[[star]]\nposition = \"0 0 0 pc\"\nkind = \"blackbody\"\n{star}\n"
+        r#"bands = ["hst-wfc3-f502n", "hst-wfc3-f656n", "hst-wfc3-f658n", "hst-wfc3-f673n"]
+[camera]
+kind = "perspective"
+position = "0 0 30 pc"
+field_of_view = "25 deg"
+size = [24, 24]
+[field.ball]
+kind = "sphere"
+radius = "5.3 pc"
+[field.hole]
+kind = "sphere"
+radius = "0.972 pc"
+[gas]
+density = "100 * ball * (1 - hole)"
+{gas}
+[[star]]
+position = "0 0 0 pc"
+kind = "blackbody"
+{star}
+"#
     );
     barnard_files::parse("gas.toml", "gas", text, loader).map_err(|e| e.to_string())
 }
@@ -68,9 +84,25 @@ fn magnesium_is_followed() {
     let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
     let shines = |abundances: &str| {
         let text = format!(
-            "bands = [\"hst-wfc3-f280n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [24, 24]\n\
-             [field.ball]\nkind = \"sphere\"\nradius = \"5.3 pc\"\n[gas]\ndensity = \"100 * ball\"\nvoxels = 16\nabundances = {abundances}\n\
-             [[star]]\nposition = \"0 0 0 pc\"\nkind = \"blackbody\"\ntemperature = \"40000 K\"\nluminosity = \"8.05e5 Lsun\"\n"
+            r#"bands = ["hst-wfc3-f280n"]
+[camera]
+kind = "perspective"
+position = "0 0 30 pc"
+field_of_view = "25 deg"
+size = [24, 24]
+[field.ball]
+kind = "sphere"
+radius = "5.3 pc"
+[gas]
+density = "100 * ball"
+voxels = 16
+abundances = {abundances}
+[[star]]
+position = "0 0 0 pc"
+kind = "blackbody"
+temperature = "40000 K"
+luminosity = "8.05e5 Lsun"
+"#
         );
         let scene = barnard_files::parse("gas.toml", "gas", text, &loader).unwrap();
         scene.emission.iter().any(|species| species.name.starts_with("MgII"))
@@ -132,10 +164,28 @@ fn first_looks_are_rough() {
     let grid = Grid::new([8; 3], bounds, vec![1.0; 512]).unwrap();
     let file = GridFile { grid: &grid, unit: None, name: "n", memory_limit: DEFAULT_LIMIT };
     save_grid(&folder.path().join("n.npy"), &file).unwrap();
-    let scene = "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"25 deg\"\n\
-                 size = [8, 8]\n[field.n]\nkind = \"grid\"\nfile = \"n.npy\"\naxes = \"zyx\"\nfactor = 100\nlow = \"-1 -1 -1 pc\"\n\
-                 high = \"1 1 1 pc\"\n[gas]\ndensity = \"n\"\nvoxels = 20\n[[star]]\nkind = \"blackbody\"\nposition = \"0 0 0 pc\"\n\
-                 temperature = \"40000 K\"\nluminosity = \"1e4 Lsun\"\n";
+    let scene = r#"bands = ["hst-wfc3-f656n"]
+[camera]
+kind = "perspective"
+position = "0 0 9 pc"
+field_of_view = "25 deg"
+size = [8, 8]
+[field.n]
+kind = "grid"
+file = "n.npy"
+axes = "zyx"
+factor = 100
+low = "-1 -1 -1 pc"
+high = "1 1 1 pc"
+[gas]
+density = "n"
+voxels = 20
+[[star]]
+kind = "blackbody"
+position = "0 0 0 pc"
+temperature = "40000 K"
+luminosity = "1e4 Lsun"
+"#;
     let in_folder = barnard_files::in_folder(folder.path(), DEFAULT_LIMIT);
     let parse = |text: &str| barnard_files::parse("n.toml", "n", text.to_owned(), &in_folder).unwrap();
     assert_eq!(edge(&parse(scene)), 20);
@@ -149,15 +199,36 @@ fn gas_of_films_is_a_curve_of_moments() {
     let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
     let scene = |changes: &str, x: f64, time: f64| {
         let text = format!(
-            "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
-             [field.ball]\nkind = \"sphere\"\nradius = \"5.3 pc\"\n[gas]\ndensity = \"60 * ball\"\nvoxels = 24\n\
-             [[star]]\nposition = \"{x} 0.1 0.2 pc\"\nkind = \"blackbody\"\ntemperature = \"38000 K\"\nluminosity = \"1e5 Lsun\"\n{changes}"
+            r#"bands = ["hst-wfc3-f656n"]
+[camera]
+kind = "perspective"
+position = "0 0 30 pc"
+field_of_view = "25 deg"
+size = [8, 8]
+[field.ball]
+kind = "sphere"
+radius = "5.3 pc"
+[gas]
+density = "60 * ball"
+voxels = 24
+[[star]]
+position = "{x} 0.1 0.2 pc"
+kind = "blackbody"
+temperature = "38000 K"
+luminosity = "1e5 Lsun"
+{changes}"#
         );
         barnard_files::parse("film.toml", "film", text, &loader.at(time)).unwrap()
     };
     // The star moves by a quarter of a voxel (10.6 pc / 24) per frame: a knot is the mean of two solutions.
-    let film = "[[animation]]\nof = \"star[0].position\"\ntimes = [\"0 s\", \"2 s\"]\nvalues = [\"0 0.1 0.2 pc\", \"1.76 0.1 0.2 pc\"]\n\
-                interpolation = \"linear\"\n[sequence]\nframes_per_second = 8\n";
+    let film = r#"[[animation]]
+of = "star[0].position"
+times = ["0 s", "2 s"]
+values = ["0 0.1 0.2 pc", "1.76 0.1 0.2 pc"]
+interpolation = "linear"
+[sequence]
+frames_per_second = 8
+"#;
     let glow = |scene: &Scene| {
         let species = scene.emission.iter().find(|species| species.name == "Ba3-2").unwrap();
         species.density.grid().unwrap().values().into_owned()
@@ -186,9 +257,24 @@ fn gas_is_seen_in_the_infrared() {
     let loader = barnard_files::in_folder(".", DEFAULT_LIMIT);
     let seen = |band: &str| {
         let text = format!(
-            "bands = [\"{band}\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
-             [field.ball]\nkind = \"sphere\"\nradius = \"5.3 pc\"\n[gas]\ndensity = \"60 * ball\"\nvoxels = 16\n\
-             [[star]]\nposition = \"0 0 0 pc\"\nkind = \"blackbody\"\ntemperature = \"38000 K\"\nluminosity = \"1e5 Lsun\"\n"
+            r#"bands = ["{band}"]
+[camera]
+kind = "perspective"
+position = "0 0 30 pc"
+field_of_view = "25 deg"
+size = [8, 8]
+[field.ball]
+kind = "sphere"
+radius = "5.3 pc"
+[gas]
+density = "60 * ball"
+voxels = 16
+[[star]]
+position = "0 0 0 pc"
+kind = "blackbody"
+temperature = "38000 K"
+luminosity = "1e5 Lsun"
+"#
         );
         barnard_files::parse("ir.toml", "ir", text, &loader).unwrap()
     };

@@ -13,9 +13,25 @@ use exr::meta::attribute::EnvironmentMap;
 /// A picture of a ball of dust around the eye, saved as a file of its own.
 fn saved(name: &str, camera: &str) -> PathBuf {
     let text = format!(
-        "bands = [\"bessell-V\"]\n[camera]\nposition = \"0 0 0 pc\"\ntarget = \"0 0 -1 pc\"\n{camera}\n[field.n]\nkind = \"sphere\"\nradius = \"1 pc\"\n\
-         [dust]\ndensity = \"n\"\nscale = \"0.4 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n[[star]]\nkind = \"blackbody\"\nposition = \"0.3 0.2 0.4 pc\"\n\
-         temperature = \"12000 K\"\nluminosity = \"1000 Lsun\"\n"
+        r#"bands = ["bessell-V"]
+[camera]
+position = "0 0 0 pc"
+target = "0 0 -1 pc"
+{camera}
+[field.n]
+kind = "sphere"
+radius = "1 pc"
+[dust]
+density = "n"
+scale = "0.4 /pc"
+law = "ccm89"
+albedo = 0.6
+[[star]]
+kind = "blackbody"
+position = "0.3 0.2 0.4 pc"
+temperature = "12000 K"
+luminosity = "1000 Lsun"
+"#
     );
     let scene = parse("all.toml", "all", text, &in_folder(".", DEFAULT_LIMIT)).unwrap();
     let plan = Plan::new(&scene, &Options::within(DEFAULT_LIMIT), &Control::default()).unwrap();
@@ -44,7 +60,14 @@ fn environment_map(camera: &str) -> Option<EnvironmentMap> {
 fn fits_names_projections() {
     for (camera, projection, step) in [
         ("kind = \"fisheye\"\nsize = [20, 20]", "ARC", 9.0),
-        ("kind = \"fisheye\"\naperture = \"360 deg\"\ntilt = \"90 deg\"\nsize = [40, 40]", "ARC", 9.0),
+        (
+            r#"kind = "fisheye"
+aperture = "360 deg"
+tilt = "90 deg"
+size = [40, 40]"#,
+            "ARC",
+            9.0,
+        ),
         ("kind = \"equirectangular\"\nsize = [40, 20]", "CAR", 9.0),
     ] {
         let cards = cards(camera);

@@ -4,7 +4,12 @@ use barnard::Result;
 use barnard::scene::Star;
 use barnard_files::{in_folder, parse};
 
-const SCENE: &str = "[camera]\nkind = \"perspective\"\nposition = \"0 0 6 pc\"\nfield_of_view = \"30 deg\"\nsize = [16, 16]\n";
+const SCENE: &str = r#"[camera]
+kind = "perspective"
+position = "0 0 6 pc"
+field_of_view = "30 deg"
+size = [16, 16]
+"#;
 
 /// The stars of a scene with this table of stars, beside those of a scene in which they stand one by one.
 fn stars(csv: &str, keys: &str) -> Result<Vec<Star>> {
@@ -38,7 +43,14 @@ fn rows_are_stars() {
     );
     let one = |name: &str, place: &str, temperature: &str, luminosity: &str| {
         format!(
-            "[[star]]\nname = \"{name}\"\nkind = \"blackbody\"\nposition = \"{place}\"\ntemperature = \"{temperature}\"\nluminosity = \"{luminosity}\"\nvisible = false\n"
+            r#"[[star]]
+name = "{name}"
+kind = "blackbody"
+position = "{place}"
+temperature = "{temperature}"
+luminosity = "{luminosity}"
+visible = false
+"#
         )
     };
     same(&ours.unwrap(), &(one("a, b", "1 -2 3e5 au", "9000 K", "1e28 W") + &one("c", "0 0 1 au", "5000 K", "2 Lsun")));
@@ -47,7 +59,15 @@ fn rows_are_stars() {
     let ours = stars("x y z type magnitude visible\n1 2 3 o9v 4.5 TRUE\n1 2 4 a0v 5 false\n", "distance = \"400 pc\"\n");
     let one = |n: u32, z: f64, kind: &str, magnitude: f64| {
         format!(
-            "[[star]]\nname = \"star {n} of table 1\"\nkind = \"stellar\"\ntype = \"{kind}\"\nposition = \"1 2 {z} pc\"\nmagnitude = \"{magnitude} mag\"\ndistance = \"400 pc\"\nvisible = {}\n",
+            r#"[[star]]
+name = "star {n} of table 1"
+kind = "stellar"
+type = "{kind}"
+position = "1 2 {z} pc"
+magnitude = "{magnitude} mag"
+distance = "400 pc"
+visible = {}
+"#,
             n == 1
         )
     };
@@ -58,7 +78,13 @@ fn rows_are_stars() {
 /// asked for.
 #[test]
 fn tables_of_all_kinds_are_read() {
-    let one = "[[star]]\nname = \"star 1 of table 1\"\nkind = \"blackbody\"\nposition = \"1 2 3 pc\"\ntemperature = \"5000 K\"\nluminosity = \"7 Lsun\"\n";
+    let one = r#"[[star]]
+name = "star 1 of table 1"
+kind = "blackbody"
+position = "1 2 3 pc"
+temperature = "5000 K"
+luminosity = "7 Lsun"
+"#;
     for (csv, keys) in [
         ("\u{feff}# a, b\r\nx;y;z;temperature;luminosity\r\n   \r\n1;2;3;5000;7\r\n", ""),
         ("  x     y   z  temperature   luminosity\n   \n 1.0  2.0   3.0   5000     7\n", ""),

@@ -145,7 +145,10 @@ fn boxes_by_letter_hold_in_their_order() {
     assert!(close(bounds.low, [0.0; 3]) && close(bounds.high, [14.0, 10.0, 12.0]), "{bounds:?}");
     let other = density("edges.h5", &bytes, "axes = \"zyx\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
     assert!(other.contains("taken as xyz") && other.contains("wcs = false"), "{other}");
-    let said = "axes = \"zyx\"\nwcs = false\nlow = \"0 0 0 pc\"\nhigh = \"14 10 12 pc\"";
+    let said = r#"axes = "zyx"
+wcs = false
+low = "0 0 0 pc"
+high = "14 10 12 pc""#;
     assert_eq!(density("edges.h5", &bytes, said, DEFAULT_LIMIT).unwrap().grid().unwrap().lattice().dims, [14, 10, 12]);
 }
 
@@ -161,7 +164,12 @@ fn one_cloud_is_the_same_from_each_format() {
     writer.extend(places.map(|(i, j, k)| ((3 * i + 5 * j + 7 * k) % 61 + 1) as f32 / 8.0)).unwrap();
     writer.finish().unwrap();
     let of = |name: &str, bytes: &[u8], keys: &str| {
-        let keys = format!("axes = \"zyx\"\nvoxel = \"2 pc\"\nunit = \"cm-3\"\n{keys}");
+        let keys = format!(
+            r#"axes = "zyx"
+voxel = "2 pc"
+unit = "cm-3"
+{keys}"#
+        );
         density(name, bytes, &keys, DEFAULT_LIMIT).unwrap_or_else(|e| panic!("{name} {keys}: {e}"))
     };
     let expected = of("a.npy", &npy, "");
@@ -190,9 +198,27 @@ fn one_cloud_is_the_same_from_each_format() {
 
 /// The radiance of a cloud that a star lights.
 fn picture(cloud: &Arc<dyn Field>) -> Vec<f64> {
-    let text = "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"3 2 90 pc\"\nfield_of_view = \"25 deg\"\nsize = [24, 20]\n\
-                [field.cloud]\nkind = \"sphere\"\nradius = \"5 pc\"\n[dust]\ndensity = \"cloud\"\nscale = \"0.02 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n\
-                [[star]]\nkind = \"blackbody\"\nposition = \"1 2 3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n";
+    let text = r#"bands = "johnson"
+[camera]
+kind = "perspective"
+position = "3 2 90 pc"
+field_of_view = "25 deg"
+size = [24, 20]
+[field.cloud]
+kind = "sphere"
+radius = "5 pc"
+[dust]
+density = "cloud"
+scale = "0.02 /pc"
+law = "ccm89"
+albedo = 0.6
+[[star]]
+kind = "blackbody"
+position = "1 2 3 pc"
+temperature = "9000 K"
+luminosity = "100 Lsun"
+visible = false
+"#;
     let mut scene = barnard_files::parse("c.toml", "c", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
     scene.dust.as_mut().unwrap().density = cloud.clone();
     let plan = Plan::new(&scene, &Options::default(), &Control::default()).unwrap();

@@ -208,8 +208,22 @@ fn images_are_fitted_together() {
     let folder = tempfile::tempdir().unwrap();
     write_cloud(folder.path());
     let overlays = [
-        "bands = [\"johnson-B\", \"johnson-V\"]\n[instrument]\naperture = \"0.5 m\"\nread_noise = \"4 e\"\nsky = \"21.5 mag\"\nexposure = \"0.3 s\"\nframes = 4\n",
-        "bands = [\"cousins-R\"]\n[instrument]\naperture = \"1 m\"\nread_noise = \"6 e\"\nsky = \"21 mag\"\nexposure = \"0.2 s\"\nframes = 2\n",
+        r#"bands = ["johnson-B", "johnson-V"]
+[instrument]
+aperture = "0.5 m"
+read_noise = "4 e"
+sky = "21.5 mag"
+exposure = "0.3 s"
+frames = 4
+"#,
+        r#"bands = ["cousins-R"]
+[instrument]
+aperture = "1 m"
+read_noise = "6 e"
+sky = "21 mag"
+exposure = "0.2 s"
+frames = 2
+"#,
     ];
     let overlays = overlays.map(|text| barnard_files::toml::properties("with.toml", text).unwrap());
     let base = |values| open(folder.path(), &text(values, ""));

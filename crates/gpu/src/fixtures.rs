@@ -21,12 +21,47 @@ pub fn parsed(text: String) -> Scene {
 
 pub fn text(bake: usize, method: &str) -> String {
     format!(
-        "bands = [\"cie-x\", \"cie-y\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 4 pc\"\nfield_of_view = \"40 deg\"\nsize = [48, 32]\n\
-         [field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\nwarp = \"0.2 pc\"\nvariant = \"ridged\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\ncentre = \"0.9 0 0.2 pc\"\n\
-         [dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.6\nphase = {{ kind = \"henyey_greenstein\", g = 0.6 }}\n\
-         [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.5 0.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\n\
-         [[star]]\nkind = \"blackbody\"\nposition = \"-0.3 -0.2 0.1 pc\"\ntemperature = \"4000 K\"\nluminosity = \"100 Lsun\"\n\
-         [[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\ndensity = \"1e3 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n\
-         [method]\nbake = {bake}\n{method}\n"
+        r#"bands = ["cie-x", "cie-y"]
+[camera]
+kind = "perspective"
+position = "0.3 0.2 4 pc"
+field_of_view = "40 deg"
+size = [48, 32]
+[field.ball]
+kind = "fbm"
+radius = "1 pc"
+warp = "0.2 pc"
+variant = "ridged"
+[field.knot]
+kind = "sphere"
+radius = "0.3 pc"
+centre = "0.9 0 0.2 pc"
+[dust]
+density = "ball"
+scale = "2 /pc"
+law = "inverse_wavelength"
+albedo = 0.6
+phase = {{ kind = "henyey_greenstein", g = 0.6 }}
+[[star]]
+kind = "blackbody"
+position = "0.2 0.5 0.3 pc"
+temperature = "9000 K"
+luminosity = "100 Lsun"
+[[star]]
+kind = "blackbody"
+position = "-0.3 -0.2 0.1 pc"
+temperature = "4000 K"
+luminosity = "100 Lsun"
+[[emission]]
+name = "H I"
+kind = "ion"
+ion = "H1"
+density = "1e3 * knot"
+temperature = "8000 K"
+electron_density = "300 cm-3"
+[method]
+bake = {bake}
+{method}
+"#
     )
 }

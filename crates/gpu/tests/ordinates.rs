@@ -79,13 +79,45 @@ fn orders_are_those_of_the_processor() {
     }
 }
 
-const SCENE: &str = "bands = [\"johnson-B\", \"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.4 0.3 5 pc\"\nfield_of_view = \"26 deg\"\nsize = [16, 16]\n\
-    [field.cloud]\nkind = \"fbm\"\nradius = \"1 pc\"\n[field.knot]\nkind = \"sphere\"\nradius = \"0.3 pc\"\n\
-    [dust]\ndensity = \"cloud\"\nlaw = \"ccm89\"\nscale = \"4 /pc\"\nalbedo = 0.8\nphase = { kind = \"henyey_greenstein\", g = 0.5 }\n\
-    [[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.3 0.4 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n\
-    [[emission]]\nname = \"line\"\nkind = \"lines\"\ndensity = \"knot\"\nscale = \"4e-25 W/m3/sr\"\nlines = [{ wavelength = \"540 nm\", strength = 1 }]\n\
-    [background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"5e-11 W/m2/sr/nm\"\n\
-    [method]\naccuracy = 0.003\nbake = 24\nbounces = 30\n";
+const SCENE: &str = r#"bands = ["johnson-B", "johnson-V"]
+[camera]
+kind = "perspective"
+position = "0.4 0.3 5 pc"
+field_of_view = "26 deg"
+size = [16, 16]
+[field.cloud]
+kind = "fbm"
+radius = "1 pc"
+[field.knot]
+kind = "sphere"
+radius = "0.3 pc"
+[dust]
+density = "cloud"
+law = "ccm89"
+scale = "4 /pc"
+albedo = 0.8
+phase = { kind = "henyey_greenstein", g = 0.5 }
+[[star]]
+kind = "blackbody"
+position = "0.2 0.3 0.4 pc"
+temperature = "9000 K"
+luminosity = "100 Lsun"
+visible = false
+[[emission]]
+name = "line"
+kind = "lines"
+density = "knot"
+scale = "4e-25 W/m3/sr"
+lines = [{ wavelength = "540 nm", strength = 1 }]
+[background]
+kind = "blackbody"
+temperature = "4000 K"
+radiance = "5e-11 W/m2/sr/nm"
+[method]
+accuracy = 0.003
+bake = 24
+bounces = 30
+"#;
 
 fn plan(text: impl Into<String>, sweeper: Option<Arc<dyn Sweeper>>) -> Plan {
     let scene = barnard_files::parse("test.toml", "test", text.into(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();

@@ -345,9 +345,25 @@ mod tests {
 
     fn scene(star: &str, gas: &str) -> Scene {
         let text = format!(
-            "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
-             [field.ball]\nkind = \"sphere\"\nradius = \"2 pc\"\n[gas]\ndensity = \"{gas} * ball\"\nvoxels = 20\nabundances = \"hii40\"\n\
-             [[star]]\nkind = \"blackbody\"\nposition = \"{star} pc\"\ntemperature = \"40000 K\"\nluminosity = \"1e4 Lsun\"\n"
+            r#"bands = ["hst-wfc3-f656n"]
+[camera]
+kind = "perspective"
+position = "0 0 30 pc"
+field_of_view = "25 deg"
+size = [8, 8]
+[field.ball]
+kind = "sphere"
+radius = "2 pc"
+[gas]
+density = "{gas} * ball"
+voxels = 20
+abundances = "hii40"
+[[star]]
+kind = "blackbody"
+position = "{star} pc"
+temperature = "40000 K"
+luminosity = "1e4 Lsun"
+"#
         );
         barnard_files::parse("gas.toml", "gas", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
     }

@@ -133,9 +133,20 @@ fn walk(table: &dyn TableLike, place: &str, found: &mut Vec<(String, Value)>) {
 mod tests {
     use super::*;
 
-    const SCENE: &str = "name = \"a\"\n[camera]\nkind = \"perspective\"\nposition = \"0 0 5 pc\"\nsize = [64, 48]\n\
-        [[star]]\nname = \"b\"\ntemperature = \"9000 K\" # hot\n\
-        [[animation]] # it cools\nof = \"star[0].temperature\"\ntimes = [\"0 s\", \"4 s\"]\nvalues = [\"9000 K\", # first\n\"3000 K\"]\n";
+    const SCENE: &str = r#"name = "a"
+[camera]
+kind = "perspective"
+position = "0 0 5 pc"
+size = [64, 48]
+[[star]]
+name = "b"
+temperature = "9000 K" # hot
+[[animation]] # it cools
+of = "star[0].temperature"
+times = ["0 s", "4 s"]
+values = ["9000 K", # first
+"3000 K"]
+"#;
 
     fn after(edit: Edit) -> String {
         let mut document: DocumentMut = SCENE.parse().unwrap();
@@ -163,7 +174,11 @@ mod tests {
     /// One time may stand alone, long times keep their milliseconds, and numbers the digits that they had.
     #[test]
     fn texts_of_all_forms() {
-        let alone = "[[animation]]\nof = \"display.white\"\ntimes = \"1234.567 s\"\nvalues = [2]\n";
+        let alone = r#"[[animation]]
+of = "display.white"
+times = "1234.567 s"
+values = [2]
+"#;
         let after = |edit: Edit| {
             let mut document: DocumentMut = alone.parse().unwrap();
             edit.apply(&mut document);
@@ -184,6 +199,15 @@ mod tests {
         assert_eq!(names, ["camera.position", "camera.size", "star[0].temperature"]);
         let (name, value) = possible(&document).remove(2);
         let text = after(begun(&name, value, 1.5, false));
-        assert!(text.ends_with("[[animation]]\nof = \"star[0].temperature\"\ntimes = [\"1.5 s\"]\nvalues = [\"9000 K\"]\n"), "{text}");
+        assert!(
+            text.ends_with(
+                r#"[[animation]]
+of = "star[0].temperature"
+times = ["1.5 s"]
+values = ["9000 K"]
+"#
+            ),
+            "{text}"
+        );
     }
 }

@@ -43,7 +43,12 @@ fn toml(case: &Value) -> String {
     let size = format!("[{}, {}]", camera["width"], camera["height"]);
     let _ = write!(
         t,
-        "[camera]\nposition = \"{} pc\"\ntarget = \"{} pc\"\nup = [{}]\nsize = {size}\n",
+        r#"[camera]
+position = "{} pc"
+target = "{} pc"
+up = [{}]
+size = {size}
+"#,
         triple(&camera["origin"]),
         triple(&camera["target"]),
         triple(&camera["up"]).replace(' ', ", ")
@@ -55,11 +60,29 @@ fn toml(case: &Value) -> String {
     let bounds = case["bounds"].as_array().expect("bounds");
     let corner = |i: usize| format!("{0:?} {0:?} {0:?} pc", number(&bounds[i]));
     let grid = |name: &str, file: &str| {
-        format!("[field.{name}]\nkind = \"grid\"\nfile = \"{file}\"\naxes = \"zyx\"\nlow = \"{}\"\nhigh = \"{}\"\n", corner(0), corner(1))
+        format!(
+            r#"[field.{name}]
+kind = "grid"
+file = "{file}"
+axes = "zyx"
+low = "{}"
+high = "{}"
+"#,
+            corner(0),
+            corner(1)
+        )
     };
     t += &grid("dust", case["grid"].as_str().unwrap_or("../density.npy"));
     let albedo = &case["albedo"];
-    let _ = write!(t, "[dust]\ndensity = \"dust\"\nscale = \"{:?} /pc\"\nlaw = \"inverse_wavelength\"\n", number(&case["kappa"]));
+    let _ = write!(
+        t,
+        r#"[dust]
+density = "dust"
+scale = "{:?} /pc"
+law = "inverse_wavelength"
+"#,
+        number(&case["kappa"])
+    );
     let _ = writeln!(t, "albedo = {{ kind = \"linear\", value = {:?}, slope = {:?} }}", number(&albedo["a550"]), number(&albedo["slope"]));
     if let Some(g) = case["g"].as_f64().filter(|g| *g != 0.0) {
         let _ = writeln!(t, "phase = {{ kind = \"henyey_greenstein\", g = {g:?} }}");
@@ -69,7 +92,13 @@ fn toml(case: &Value) -> String {
         let luminosity = SPHERE * number(&star["I550"]) * PARSEC * PARSEC;
         let _ = write!(
             t,
-            "[[star]]\nkind = \"blackbody\"\nvisible = false\nposition = \"{} pc\"\ntemperature = \"{:?} K\"\nspectral_luminosity = \"{luminosity:e} W/nm\"\n",
+            r#"[[star]]
+kind = "blackbody"
+visible = false
+position = "{} pc"
+temperature = "{:?} K"
+spectral_luminosity = "{luminosity:e} W/nm"
+"#,
             triple(&star["position"]),
             number(&star["T"])
         );
@@ -80,7 +109,14 @@ fn toml(case: &Value) -> String {
         let lines: Vec<String> = emission["lines"].as_array().into_iter().flatten().map(line).collect();
         let _ = write!(
             t,
-            "[[emission]]\nkind = \"lines\"\ndensity = \"gas\"\nscale = \"1 W/m2/sr/pc\"\nlines = [{}]\ncontinuum = {:?}\ncontinuum_exponent = {:?}\n",
+            r#"[[emission]]
+kind = "lines"
+density = "gas"
+scale = "1 W/m2/sr/pc"
+lines = [{}]
+continuum = {:?}
+continuum_exponent = {:?}
+"#,
             lines.join(", "),
             number(&emission["continuum550"]),
             number(&emission["continuum_slope"])
@@ -89,7 +125,12 @@ fn toml(case: &Value) -> String {
     for (name, kernel) in case["filters"].as_object().expect("filters") {
         let _ = write!(
             t,
-            "[[band]]\nname = \"{name}\"\nkind = \"cos2\"\ncentre = \"{:?} nm\"\nhalf_width = \"{:?} nm\"\n",
+            r#"[[band]]
+name = "{name}"
+kind = "cos2"
+centre = "{:?} nm"
+half_width = "{:?} nm"
+"#,
             number(&kernel[0]),
             number(&kernel[1])
         );

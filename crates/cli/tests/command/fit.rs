@@ -2,7 +2,14 @@
 
 use super::desk::{Desk, SCENE};
 
-const INSTRUMENT: &str = "\n[instrument]\naperture = \"1 mm\"\nread_noise = \"3 e\"\nsky = []\nexposure = \"5 s\"\nframes = 3\n";
+const INSTRUMENT: &str = r#"
+[instrument]
+aperture = "1 mm"
+read_noise = "3 e"
+sky = []
+exposure = "5 s"
+frames = 3
+"#;
 
 /// What was recorded of a scene is found again, in words, as JSON, as a scene, with residuals and a plot.
 #[test]

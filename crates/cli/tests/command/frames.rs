@@ -8,7 +8,15 @@ use super::desk::{Desk, SCENE, listing};
 /// A flight of eleven frames.
 fn desk() -> Desk {
     let desk = Desk::new();
-    let path = "[[camera.path.key]]\ntime = \"0 s\"\nposition = \"0 0 5 pc\"\n[[camera.path.key]]\ntime = \"1 s\"\nposition = \"3 0 4 pc\"\n[sequence]\nframes_per_second = 10\n";
+    let path = r#"[[camera.path.key]]
+time = "0 s"
+position = "0 0 5 pc"
+[[camera.path.key]]
+time = "1 s"
+position = "3 0 4 pc"
+[sequence]
+frames_per_second = 10
+"#;
     let text = SCENE.replace("position = \"0 0 5 pc\"\n", "").replace("bands = \"johnson\"\n", "bands = \"johnson\"\nname = \"flight\"\n");
     desk.write("flight.toml", format!("{text}{path}").as_bytes());
     std::fs::create_dir(desk.path("out")).unwrap();

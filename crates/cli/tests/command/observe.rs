@@ -2,7 +2,14 @@
 
 use super::desk::{Desk, SCENE};
 
-const INSTRUMENT: &str = "\n[instrument]\naperture = \"0.5 m\"\nread_noise = \"3 e\"\nsky = \"21 mag\"\nexposure = \"10 s\"\nframes = 3\n";
+const INSTRUMENT: &str = r#"
+[instrument]
+aperture = "0.5 m"
+read_noise = "3 e"
+sky = "21 mag"
+exposure = "10 s"
+frames = 3
+"#;
 
 fn desk() -> Desk {
     let desk = Desk::new();
@@ -72,6 +79,15 @@ fn what_cannot_be_observed_is_refused_at_once() {
     );
     desk.write("scene.toml", SCENE.as_bytes());
     refused(&["-o", "m.fits"], &["no instrument", "list instruments"]);
-    desk.write("scene.toml", format!("{SCENE}[instrument]\naperture = \"0.5 m\"\nbias = \"70000 ADU\"\n").as_bytes());
+    desk.write(
+        "scene.toml",
+        format!(
+            r#"{SCENE}[instrument]
+aperture = "0.5 m"
+bias = "70000 ADU"
+"#
+        )
+        .as_bytes(),
+    );
     refused(&["-o", "m.fits"], &["bias", "65535", "[instrument] bias"]);
 }

@@ -103,13 +103,33 @@ fn scenes_and_pictures_go_through_pipes() {
 fn texts_are_read_before_fields_are_made() {
     let desk = Desk::new();
     // Turbulence that memory does not hold: what is wrong with the formula is said first.
-    let slow = "\n[field.t]\nkind = \"turbulence\"\nseed = 1\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\nvoxels = 2048\nmach = 5\n";
-    let glow = "[[emission]]\nkind = \"lines\"\ndensity = \"DENSITY\"\nscale = \"1e-25 W/m3/sr\"\nlines = [{ wavelength = \"656.46 nm\", strength = 1 }]\n";
+    let slow = r#"
+[field.t]
+kind = "turbulence"
+seed = 1
+low = "-1 -1 -1 pc"
+high = "1 1 1 pc"
+voxels = 2048
+mach = 5
+"#;
+    let glow = r#"[[emission]]
+kind = "lines"
+density = "DENSITY"
+scale = "1e-25 W/m3/sr"
+lines = [{ wavelength = "656.46 nm", strength = 1 }]
+"#;
     for (density, words) in [("t * missing", "missing"), ("t * (1 +", "emission"), ("nosuch(t)", "nosuch")] {
         desk.write("slow.toml", format!("{}{slow}{}", super::desk::SCENE, glow.replace("DENSITY", density)).as_bytes());
         desk.refuses(&["check", "slow.toml"], &[words]);
     }
-    let flash = "\n[[animation]]\nof = \"star[0].luminosity\"\ntimes = [\"0 s\", \"1 s\"]\nvalues = [\"1 Lsun\", \"500 Lsun\"]\n[sequence]\nframes_per_second = 2\n";
+    let flash = r#"
+[[animation]]
+of = "star[0].luminosity"
+times = ["0 s", "1 s"]
+values = ["1 Lsun", "500 Lsun"]
+[sequence]
+frames_per_second = 2
+"#;
     desk.write("flash.toml", format!("{}{flash}", super::desk::SCENE).as_bytes());
     let output = desk.run(&["render", "flash.toml", "--frames", "1", "-o", "frame_%02d.npy"]);
     let words = String::from_utf8_lossy(&output.stderr).into_owned();

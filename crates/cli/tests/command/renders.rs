@@ -103,7 +103,15 @@ fn layers_are_rendered_for_who_holds_them() {
     assert!(holds("a.exr", "scattered.R") && holds("a.exr", "depth.Z") && holds("a.fits", "EXTNAME = 'opacity"));
     desk.renders(&["--layers", "depth, tau", "-o", "a.exr"]);
     assert!(!holds("a.exr", "scattered.R") && holds("a.exr", "tau.V\0"));
-    desk.with("[[star]]", "[output]\nlayers = [\"light\"]\nchannels = \"bands\"\ncompression = \"none\"\n\n[[star]]");
+    desk.with(
+        "[[star]]",
+        r#"[output]
+layers = ["light"]
+channels = "bands"
+compression = "none"
+
+[[star]]"#,
+    );
     desk.renders(&["-o", "a.exr", "-o", "a.png"]);
     assert!(holds("a.exr", "scattered.johnson-V") && !holds("a.exr", "tau.V\0"));
     desk.renders(&["-o", "a.png"]);
@@ -113,7 +121,13 @@ fn layers_are_rendered_for_who_holds_them() {
         &["with its layers"],
     );
     desk.refuses(&["render", "scene.toml", "-o", "a.exr", "--layers", "depht"], &["depht", "light, depth, tau, all"]);
-    desk.with("[[star]]", "[output]\nlayers = [\"lihgt\"]\n\n[[star]]");
+    desk.with(
+        "[[star]]",
+        r#"[output]
+layers = ["lihgt"]
+
+[[star]]"#,
+    );
     desk.refuses(&["render", "scene.toml", "-o", "a.exr"], &["lihgt", "light, depth, tau, all"]);
 }
 

@@ -42,7 +42,11 @@ fn laws_and_passbands_must_meet() {
     let desk = Desk::new();
     desk.with("\"johnson\"", "\"jwst-miri\"").refuses_scene(&["fitzpatrick99", "valid from", "jwst-miri"]);
     desk.write("band.csv", b"wavelength_nm,t\n500,0\n600,0\n");
-    let own = "[[band]]\nname = \"mine\"\nkind = \"file\"\nfile = \"band.csv\"\n[camera]";
+    let own = r#"[[band]]
+name = "mine"
+kind = "file"
+file = "band.csv"
+[camera]"#;
     desk.with("bands = \"johnson\"\n[camera]", own).refuses_scene(&["empty", "band.csv"]);
     desk.write("band.csv", b"wavelength_nm,t\n500,0.1\n400,x\n");
     desk.refuses_scene(&["line 3", "band.csv"]);
@@ -61,11 +65,15 @@ fn a_buried_star_is_noticed() {
 fn numbers_past_single_precision_are_refused() {
     let desk = Desk::new();
     desk.with("\"2 mag/pc\"", "\"1e60 mag/pc\"").refuses_scene(&["dust"]);
-    desk.with("[[star]]", "[background]\nkind = \"power_law\"\nexponent = 0\nradiance = \"1e60 W/m2/sr/nm\"\n[[star]]").refuses_scene(&[
-        "background",
-        "single precision",
-        "unit of its brightness",
-    ]);
+    desk.with(
+        "[[star]]",
+        r#"[background]
+kind = "power_law"
+exponent = 0
+radiance = "1e60 W/m2/sr/nm"
+[[star]]"#,
+    )
+    .refuses_scene(&["background", "single precision", "unit of its brightness"]);
     desk.with("low = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"", "voxel = \"1e50 pc\"").refuses_scene(&["voxel", "longer"]);
 }
 
@@ -81,7 +89,11 @@ fn names_that_mean_something_else_are_refused() {
 #[test]
 fn filters_are_checked() {
     let desk = Desk::new();
-    let own = "[[band]]\nname = \"own\"\nkind = \"file\"\nfile = \"own.csv\"\n[camera]";
+    let own = r#"[[band]]
+name = "own"
+kind = "file"
+file = "own.csv"
+[camera]"#;
     desk.write("scene.toml", SCENE.replace("bands = \"johnson\"", "").replace("[camera]", own).as_bytes());
     desk.write("own.csv", b"wavelength_nm,throughput\n500,50\n600,80\n");
     desk.refuses_scene(&["own.csv", "percent"]);

@@ -9,8 +9,18 @@ pub fn density(name: &str, bytes: &[u8], keys: &str, memory_limit: u64) -> Resul
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join(name), bytes).unwrap();
     let text = format!(
-        "[camera]\nkind = \"perspective\"\nposition = \"0 0 9 pc\"\nfield_of_view = \"30 deg\"\n\
-         [field.n]\nkind = \"grid\"\nfile = \"{name}\"\n{keys}\n[dust]\ndensity = \"n\"\nscale = \"5.32e-22 mag cm2\"\n"
+        r#"[camera]
+kind = "perspective"
+position = "0 0 9 pc"
+field_of_view = "30 deg"
+[field.n]
+kind = "grid"
+file = "{name}"
+{keys}
+[dust]
+density = "n"
+scale = "5.32e-22 mag cm2"
+"#
     );
     let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), memory_limit))
         .map_err(|e| e.to_string())?;

@@ -17,7 +17,16 @@ use super::test_device::device;
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn tuning_changes_nothing() {
     let gpu = device();
-    let shell = "[field.ball]\nkind = \"shell\"\nradius = \"1 pc\"\nthickness = \"0.05 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"400 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let shell = r#"[field.ball]
+kind = "shell"
+radius = "1 pc"
+thickness = "0.05 pc"
+[dust]
+density = "ball"
+scale = "400 /pc"
+law = "ccm89"
+albedo = 0.6
+"#;
     let mut scene = parsed(&format!("{CAMERA}{shell}{STAR}[method]\nbake = 64\n"));
     let plan = plan(&mut scene, 33).with_stepping(FINE);
     let by = |tuning: Tuning| Renderer::new(&gpu, &plan, tuning).unwrap().radiance(&Control::default()).unwrap();
@@ -40,7 +49,13 @@ fn tuning_changes_nothing() {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn rays_pause_in_time() {
     let gpu = device();
-    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\nname = \"midpoint\"\ncount = 200\n"));
+    let mut scene = parsed(&format!(
+        r#"{CAMERA}{DUST}{STAR}[method]
+bake = 16
+name = "midpoint"
+count = 200
+"#
+    ));
     let plan = plan(&mut scene, 16).with_stepping(Stepping::PerVoxel(30.0));
     let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let pausing = Tuning { pauses: Some(true), ..Tuning::default() };
@@ -70,8 +85,15 @@ fn rays_pause_in_time() {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn a_star_moves_on_the_device() {
     let gpu = device();
-    let cloud =
-        "[field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"3 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let cloud = r#"[field.ball]
+kind = "fbm"
+radius = "1 pc"
+[dust]
+density = "ball"
+scale = "3 /pc"
+law = "ccm89"
+albedo = 0.6
+"#;
     let second = STAR.replace("0.2 0.5 0.3", "-0.3 -0.2 0.1").replace("9000 K", "4000 K");
     let made = |place: &str| {
         let mut scene = parsed(&format!("{CAMERA}{cloud}{second}{}[method]\nbake = 40\n", STAR.replace("0.2 0.5 0.3", place)));
@@ -115,7 +137,17 @@ fn a_star_moves_on_the_device() {
 fn stars_in_pages_are_not_moved() {
     let gpu = device();
     let lobes = DUST.replace("density = \"ball\"", "density = \"ball * max(0, 4 * x * y - 1)\"");
-    let of = |sparse: &str| plan(&mut parsed(&format!("{CAMERA}{lobes}{STAR}[method]\nbake = 60\nsparse = \"{sparse}\"\n")), 24);
+    let of = |sparse: &str| {
+        plan(
+            &mut parsed(&format!(
+                r#"{CAMERA}{lobes}{STAR}[method]
+bake = 60
+sparse = "{sparse}"
+"#
+            )),
+            24,
+        )
+    };
     let renderer = |plan: &Plan| Renderer::new(&gpu, plan, Tuning::default()).unwrap();
     let (whole, pages) = (of("never"), of("always"));
     assert!(renderer(&whole).can_move(0) && !renderer(&pages).can_move(0));

@@ -37,13 +37,31 @@ pub fn parsed(text: &str) -> Scene {
     barnard_files::parse("test.toml", "test", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
-pub const CAMERA: &str = "bands = [\"johnson-B\", \"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.3 0.2 4 pc\"\nfield_of_view = \"40 deg\"\nsize = [24, 24]\n";
+pub const CAMERA: &str = r#"bands = ["johnson-B", "johnson-V"]
+[camera]
+kind = "perspective"
+position = "0.3 0.2 4 pc"
+field_of_view = "40 deg"
+size = [24, 24]
+"#;
 
-pub const DUST: &str =
-    "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+pub const DUST: &str = r#"[field.ball]
+kind = "sphere"
+radius = "1 pc"
+[dust]
+density = "ball"
+scale = "2 /pc"
+law = "ccm89"
+albedo = 0.6
+"#;
 
-pub const STAR: &str =
-    "[[star]]\nkind = \"blackbody\"\nposition = \"0.2 0.5 0.3 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\nvisible = false\n";
+pub const STAR: &str = r#"[[star]]
+kind = "blackbody"
+position = "0.2 0.5 0.3 pc"
+temperature = "9000 K"
+luminosity = "100 Lsun"
+visible = false
+"#;
 
 /// Gathered stars: places and temperatures that look like chance.
 pub fn many_lights(count: usize) -> String {

@@ -56,9 +56,23 @@ fn pictures_are_those_of_the_processor() {
 fn each_part_is_that_of_the_processor() {
     let gpu = device();
     // Glowing gas on a finer lattice that reaches out of the dust.
-    let gas = "[field.knot]\nkind = \"sphere\"\nradius = \"0.7 pc\"\ncentre = \"0.6 0 0.2 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\n\
-               density = \"1e4 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
-    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let gas = r#"[field.knot]
+kind = "sphere"
+radius = "0.7 pc"
+centre = "0.6 0 0.2 pc"
+[[emission]]
+name = "H I"
+kind = "ion"
+ion = "H1"
+density = "1e4 * knot"
+temperature = "8000 K"
+electron_density = "300 cm-3"
+"#;
+    let behind = r#"[background]
+kind = "blackbody"
+temperature = "4000 K"
+radiance = "2.5e-8 W/m2/sr/um"
+"#;
     let forward = "phase = { kind = \"henyey_greenstein\", g = 0.7 }\n";
     let spectral = DUST.replace("ccm89", "draine03_rv31") + "phase = { kind = \"henyey_greenstein\" }\n";
     let far = CAMERA.replace("4 pc", "4000 pc").replace("40 deg", "0.04 deg");
@@ -67,7 +81,10 @@ fn each_part_is_that_of_the_processor() {
         CAMERA.replace("kind = \"perspective\"", "kind = \"orthographic\"").replace("field_of_view = \"40 deg\"", "width = \"2.5 pc\"");
     let method = "[method]\nbake = 24\n";
     let lobes = DUST.replace("density = \"ball\"", "density = \"ball * max(0, 4 * x * y - 1)\"");
-    let pages = "[method]\nbake = 60\nsparse = \"always\"\n";
+    let pages = r#"[method]
+bake = 60
+sparse = "always"
+"#;
     for (name, text) in [
         ("plain", format!("{CAMERA}{DUST}{STAR}{method}")),
         ("forward", format!("{CAMERA}{DUST}{forward}{STAR}{method}")),
@@ -105,7 +122,17 @@ fn each_part_is_that_of_the_processor() {
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn detail_is_that_of_the_processor() {
-    const GAS: &str = "[field.core]\nkind = \"sphere\"\nradius = \"0.6 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\ndensity = \"2e6 * core\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
+    const GAS: &str = r#"[field.core]
+kind = "sphere"
+radius = "0.6 pc"
+[[emission]]
+name = "H I"
+kind = "ion"
+ion = "H1"
+density = "2e6 * core"
+temperature = "8000 K"
+electron_density = "300 cm-3"
+"#;
     const METHOD: &str = "[method]\nbake = 24\n[detail]\ndeviation = 0.5\nslope = 3.7\n";
     let gpu = device();
     let near = CAMERA.replace("40 deg", "9 deg");
@@ -128,7 +155,18 @@ fn detail_is_that_of_the_processor() {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn noise_on_the_fly_is_noise_that_was_sampled() {
     let gpu = device();
-    let cloud = "[field.ball]\nkind = \"fbm\"\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 3\noffset = 0.6\n[dust]\ndensity = \"ball\"\nscale = \"2 /pc\"\nlaw = \"ccm89\"\nalbedo = 0.6\n";
+    let cloud = r#"[field.ball]
+kind = "fbm"
+radius = "1 pc"
+scale = "0.8 pc"
+octaves = 3
+offset = 0.6
+[dust]
+density = "ball"
+scale = "2 /pc"
+law = "ccm89"
+albedo = 0.6
+"#;
     let on_the_fly = Tuning { on_the_fly: true, ..Tuning::default() };
     let wrong = [12, 24, 48].map(|bake| {
         let mut scene = parsed(&format!("{CAMERA}{cloud}{}[method]\nbake = {bake}\n", STAR.replace("0.2 0.5 0.3", "1.5 1.2 1.4")));
@@ -180,16 +218,34 @@ fn every_method_is_that_of_the_processor() {
     let dust = DUST.replace("ccm89", "inverse_wavelength");
     let second = STAR.replace("0.2 0.5 0.3", "-0.3 -0.2 0.1").replace("9000 K", "4000 K");
     let camera = CAMERA.replace("[\"johnson-B\", \"johnson-V\"]", "[\"cie-x\", \"cie-y\"]");
-    let gas = "[field.knot]\nkind = \"sphere\"\nradius = \"0.4 pc\"\ncentre = \"0.2 0 0.2 pc\"\n[[emission]]\nname = \"H I\"\nkind = \"ion\"\nion = \"H1\"\n\
-               density = \"1e3 * knot\"\ntemperature = \"8000 K\"\nelectron_density = \"300 cm-3\"\n";
-    let behind = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"2.5e-8 W/m2/sr/um\"\n";
+    let gas = r#"[field.knot]
+kind = "sphere"
+radius = "0.4 pc"
+centre = "0.2 0 0.2 pc"
+[[emission]]
+name = "H I"
+kind = "ion"
+ion = "H1"
+density = "1e3 * knot"
+temperature = "8000 K"
+electron_density = "300 cm-3"
+"#;
+    let behind = r#"[background]
+kind = "blackbody"
+temperature = "4000 K"
+radiance = "2.5e-8 W/m2/sr/um"
+"#;
     let forward = "phase = { kind = \"henyey_greenstein\", g = 0.5 }\n";
     let mut compared = 0;
     for method in barnard::scene::methods().map(|m| m.name) {
         // Closed forms keep few digits of narrow passbands in single precision.
         let (degree, accuracy) = if method == "analytic" { ("degree = 2\n", 0.02) } else { ("", 1e-3) };
         let text = format!(
-            "{camera}{dust}{forward}{STAR}{second}{gas}{behind}[method]\nname = \"{method}\"\nbake = 24\naccuracy = {accuracy}\n{degree}"
+            r#"{camera}{dust}{forward}{STAR}{second}{gas}{behind}[method]
+name = "{method}"
+bake = 24
+accuracy = {accuracy}
+{degree}"#
         );
         let mut scene = parsed(&text);
         let stepping = if method == "double_integration" { Stepping::Fixed(60) } else { FINE };
@@ -216,7 +272,12 @@ fn other_methods_are_refused() {
     let gpu = device();
     let narrow = DUST.replace("ccm89", "inverse_wavelength");
     for (method, dust, words) in [("sampled", DUST, "sampled"), ("analytic", &narrow, "single precision")] {
-        let scene = parsed(&format!("{CAMERA}{dust}{STAR}[method]\nbake = 16\nname = \"{method}\"\n"));
+        let scene = parsed(&format!(
+            r#"{CAMERA}{dust}{STAR}[method]
+bake = 16
+name = "{method}"
+"#
+        ));
         let options = Options::within(DEFAULT_LIMIT);
         let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
         let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
@@ -238,7 +299,11 @@ fn other_methods_are_refused() {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn all_around() {
     let gpu = device();
-    let background = "[background]\nkind = \"blackbody\"\ntemperature = \"4000 K\"\nradiance = \"1e-9 W/m2/sr/um\"\n";
+    let background = r#"[background]
+kind = "blackbody"
+temperature = "4000 K"
+radiance = "1e-9 W/m2/sr/um"
+"#;
     let camera = CAMERA.replace("0.3 0.2 4 pc", "-0.4 0.2 0.3 pc");
     let mut scene = parsed(&format!("{camera}{DUST}{STAR}{background}"));
     let own = plan(&mut scene, 24).with_stepping(FINE);

@@ -122,10 +122,26 @@ impl Case {
         // Where light comes from within, every segment is an integral of its own: few of them, thick ones.
         let steps = if place == Place::Within { format!("steps = {}\n", dice.one_of(&[1, 2, 3, 8, 40])) } else { String::new() };
         let text = format!(
-            "bands = {bands:?}\n[camera]\nkind = \"orthographic\"\nposition = \"{x} {y} 3 pc\"\nwidth = \"1.9 pc\"\nsize = [{EDGE}, {EDGE}]\n\
-             [field.box]\nkind = \"box\"\nlow = \"{} {} {} pc\"\nhigh = \"{} {} {} pc\"\n\
-             [dust]\ndensity = \"box\"\nscale = \"{sigma} /pc\"\nlaw = \"{}\"\n{ratio}albedo = 0.0\n{said}\
-             [method]\nname = \"{method}\"\naccuracy = {accuracy}\nbake = 4\n{count}{steps}",
+            r#"bands = {bands:?}
+[camera]
+kind = "orthographic"
+position = "{x} {y} 3 pc"
+width = "1.9 pc"
+size = [{EDGE}, {EDGE}]
+[field.box]
+kind = "box"
+low = "{} {} {} pc"
+high = "{} {} {} pc"
+[dust]
+density = "box"
+scale = "{sigma} /pc"
+law = "{}"
+{ratio}albedo = 0.0
+{said}[method]
+name = "{method}"
+accuracy = {accuracy}
+bake = 4
+{count}{steps}"#,
             BOX.low.x, BOX.low.y, BOX.low.z, BOX.high.x, BOX.high.y, BOX.high.z, entry.name
         );
         let law_name = r_v.map_or(entry.name.to_owned(), |r| format!("{} {r:.2}", entry.name));
@@ -134,14 +150,24 @@ impl Case {
 
     /// A light behind the box, and how a scene says it.
     fn background(dice: &mut Dice, pivot: f64, radiance: f64) -> (Shape, String) {
-        let head = format!("[background]\nradiance = \"{radiance} W/m2/sr/um\"\nwavelength = \"{pivot} um\"\n");
+        let head = format!(
+            r#"[background]
+radiance = "{radiance} W/m2/sr/um"
+wavelength = "{pivot} um"
+"#
+        );
         if dice.next() < 0.5 {
             let temperature = dice.between(2000.0, 50_000.0);
             let said = format!("{head}kind = \"blackbody\"\ntemperature = \"{temperature} K\"\n");
             return (Shape::BlackBody(temperature, pivot), said);
         }
         let exponent = -4.0 + 8.0 * dice.next();
-        let said = format!("{head}kind = \"power_law\"\nexponent = {exponent}\nreference = \"{pivot} um\"\n");
+        let said = format!(
+            r#"{head}kind = "power_law"
+exponent = {exponent}
+reference = "{pivot} um"
+"#
+        );
         (Shape::PowerLaw(exponent, pivot), said)
     }
 
@@ -150,9 +176,22 @@ impl Case {
         let exponent = -4.0 + 8.0 * dice.next();
         // Strength is said per nm.
         let scale = format!(
-            "scale = \"{radiance} W/m2/sr/pc\"\ncontinuum = 1e-3\ncontinuum_at = \"{pivot} um\"\ncontinuum_exponent = {exponent}\n"
+            r#"scale = "{radiance} W/m2/sr/pc"
+continuum = 1e-3
+continuum_at = "{pivot} um"
+continuum_exponent = {exponent}
+"#
         );
-        (Shape::PowerLaw(exponent, pivot), format!("[[emission]]\nkind = \"lines\"\nlines = []\ndensity = \"box\"\n{scale}"))
+        (
+            Shape::PowerLaw(exponent, pivot),
+            format!(
+                r#"[[emission]]
+kind = "lines"
+lines = []
+density = "box"
+{scale}"#
+            ),
+        )
     }
 
     /// The radiance that a ray of `length` [pc] through the box should see in a passband [W m⁻² sr⁻¹], and F(0).

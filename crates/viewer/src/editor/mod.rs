@@ -279,8 +279,17 @@ values = ["4 mag/pc", "5 mag/pc"]
         let mut refused = Vec::new();
         for row in TABLES.iter().filter(|row| !row.path.is_empty()) {
             // A spectrograph takes the place of passbands.
-            let bands = "[[band]]\nname = \"mine\"\nkind = \"top_hat\"\ncentre = \"550 nm\"\nwidth = \"50 nm\"\n";
-            let spectrograph = "[spectrograph]\nlow = \"500 nm\"\nhigh = \"510 nm\"\ncount = 5\n";
+            let bands = r#"[[band]]
+name = "mine"
+kind = "top_hat"
+centre = "550 nm"
+width = "50 nm"
+"#;
+            let spectrograph = r#"[spectrograph]
+low = "500 nm"
+high = "510 nm"
+count = 5
+"#;
             let text = if row.path == "spectrograph" { SCENE.replace(bands, spectrograph) } else { SCENE.to_owned() };
             let document = || said(&text);
             let base = document();
@@ -301,9 +310,27 @@ values = ["4 mag/pc", "5 mag/pc"]
     /// Comments and blanks stay where they are, whatever is set around them; tables on the way are made.
     #[test]
     fn texts_keep_their_comments() {
-        let mut toml: toml_edit::DocumentMut = "a = 1 # one\n\n# two\n[b]\nc = \"x\"   # three\n".parse().unwrap();
+        let mut toml: toml_edit::DocumentMut = r#"a = 1 # one
+
+# two
+[b]
+c = "x"   # three
+"#
+        .parse()
+        .unwrap();
         Edit::set("b", "c", "y").and(Edit::set("", "a", 2)).and(Edit::set("d.e", "f", true)).apply(&mut toml);
-        assert_eq!(toml.to_string(), "a = 2 # one\n\n# two\n[b]\nc = \"y\"   # three\n\n[d.e]\nf = true\n");
+        assert_eq!(
+            toml.to_string(),
+            r#"a = 2 # one
+
+# two
+[b]
+c = "y"   # three
+
+[d.e]
+f = true
+"#
+        );
         let mut toml: toml_edit::DocumentMut = "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 4 }]\n".parse().unwrap();
         Edit::set("e.0.lines.1", "s", 9.5).and(Edit::drop("e", 7)).apply(&mut toml);
         assert_eq!(toml.to_string(), "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 9.5 }]\n");

@@ -220,7 +220,13 @@ fn scenes_without_dust_are_explored() {
     let path = folder.path().join("gas.toml");
     let from = SCENE.find("[dust]").unwrap();
     let to = SCENE.find("[[star]]").unwrap();
-    let gas = "[[emission]]\nkind = \"lines\"\ndensity = \"cloud\"\nscale = \"1e-24 W/m3/sr\"\nlines = [{ wavelength = \"550 nm\", strength = 1 }]\n\n";
+    let gas = r#"[[emission]]
+kind = "lines"
+density = "cloud"
+scale = "1e-24 W/m3/sr"
+lines = [{ wavelength = "550 nm", strength = 1 }]
+
+"#;
     std::fs::write(&path, format!("{}{gas}{}", &SCENE[..from], &SCENE[to..])).unwrap();
     let mut harness = harness(app(&path, None));
     settle(&mut harness);
@@ -261,8 +267,19 @@ fn undo_outlives_saving_elsewhere() {
 fn turbulence_is_refined() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cloud.toml");
-    let text = "[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
-                [field.t]\nkind = \"turbulence\"\nvoxels = 80\n[dust]\ndensity = \"2 * t\"\nscale = \"1 /pc\"\nlaw = \"gordon23\"\n";
+    let text = r#"[camera]
+kind = "perspective"
+position = "0 0 30 pc"
+field_of_view = "25 deg"
+size = [8, 8]
+[field.t]
+kind = "turbulence"
+voxels = 80
+[dust]
+density = "2 * t"
+scale = "1 /pc"
+law = "gordon23"
+"#;
     std::fs::write(&path, text).unwrap();
     let mut document = Document::open(&path, LIMIT).unwrap();
     let edge = |document: &Document| document.scene().dust.as_ref().unwrap().density.grid().unwrap().lattice().dims[0];
@@ -283,9 +300,24 @@ fn turbulence_is_refined() {
 fn gas_is_refined() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("gas.toml");
-    let text = "bands = [\"hst-wfc3-f656n\"]\n[camera]\nkind = \"perspective\"\nposition = \"0 0 30 pc\"\nfield_of_view = \"25 deg\"\nsize = [8, 8]\n\
-                [field.ball]\nkind = \"sphere\"\nradius = \"2 pc\"\n[gas]\ndensity = \"300 * ball\"\nvoxels = 52\n\
-                [[star]]\nkind = \"blackbody\"\nposition = \"0 0 0 pc\"\ntemperature = \"40000 K\"\nluminosity = \"1e4 Lsun\"\n";
+    let text = r#"bands = ["hst-wfc3-f656n"]
+[camera]
+kind = "perspective"
+position = "0 0 30 pc"
+field_of_view = "25 deg"
+size = [8, 8]
+[field.ball]
+kind = "sphere"
+radius = "2 pc"
+[gas]
+density = "300 * ball"
+voxels = 52
+[[star]]
+kind = "blackbody"
+position = "0 0 0 pc"
+temperature = "40000 K"
+luminosity = "1e4 Lsun"
+"#;
     std::fs::write(&path, text).unwrap();
     let mut document = Document::open(&path, LIMIT).unwrap();
     let edge = |document: &Document| document.scene().emission[0].density.grid().unwrap().lattice().dims[0];

@@ -79,7 +79,11 @@ fn a_flight_is_made_of_views() {
 fn stars_change_with_the_moment() {
     let (_folder, mut harness) = open();
     let text = harness.state().document.text().to_owned();
-    let track = "[[animation]]\nof = \"star[0].luminosity\"\ntimes = [\"0 s\", \"4 s\"]\nvalues = [\"3000 Lsun\", \"30 Lsun\"]\n";
+    let track = r#"[[animation]]
+of = "star[0].luminosity"
+times = ["0 s", "4 s"]
+values = ["3000 Lsun", "30 Lsun"]
+"#;
     harness.state_mut().document.replace(&format!("{text}{track}")).unwrap();
     harness.key_press(Key::T);
     settle(&mut harness);
