@@ -11,30 +11,27 @@ use rendered::{on_reference, parse};
 use spectra::passband::{Counting, Passband, Window, window};
 use spectra::units::Wavelength;
 
-/// Barrès & Neyret's many lights: stars around a cloud, gathered in one field, are those of the reference to the error
-/// that is stated, whatever their number.
-#[test]
-fn gathered_light_is_that_of_all_stars() {
-    let scene = |stars: usize, phase: &str| {
-        let place = |i: usize| {
-            let turn = 2.4 * i as f64;
-            format!("{:.3} {:.3} {:.3} pc", 1.3 * turn.cos(), 1.3 * turn.sin(), 0.4 * turn.sin())
-        };
-        let star = |i: usize| {
-            let temperature = 3000 + 4000 * i;
-            format!(
-                r#"[[star]]
+/// A cloud with stars around it, rendered by `propagation`.
+fn cloud_with_stars(stars: usize, phase: &str) -> Scene {
+    let place = |i: usize| {
+        let turn = 2.4 * i as f64;
+        format!("{:.3} {:.3} {:.3} pc", 1.3 * turn.cos(), 1.3 * turn.sin(), 0.4 * turn.sin())
+    };
+    let star = |i: usize| {
+        let temperature = 3000 + 4000 * i;
+        format!(
+            r#"[[star]]
 kind = "blackbody"
 position = "{}"
 temperature = "{temperature} K"
 luminosity = "100 Lsun"
 visible = false
 "#,
-                place(i)
-            )
-        };
-        parse(&format!(
-            r#"bands = ["johnson-V"]
+            place(i)
+        )
+    };
+    parse(&format!(
+        r#"bands = ["johnson-V"]
 [camera]
 kind = "perspective"
 position = "0 0 4 pc"
@@ -56,11 +53,15 @@ name = "propagation"
 bake = 48
 accuracy = 5e-3
 {}"#,
-            (0..stars).map(star).collect::<String>()
-        ))
-    };
+        (0..stars).map(star).collect::<String>()
+    ))
+}
+
+/// Gathered light of any number of stars is that of the reference within the stated error; a star less is noticed.
+#[test]
+fn gathered_light_is_that_of_all_stars() {
     for stars in [1, 5] {
-        let mut scene = scene(stars, "");
+        let mut scene = cloud_with_stars(stars, "");
         let options = Options::default();
         barnard::plan::sample_functions(&mut scene, &options).unwrap();
         let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
@@ -74,23 +75,42 @@ accuracy = 5e-3
             assert!(image.relative_rmse(0, &on_reference(&scene), 0) > 5.0 * stated);
         }
     }
-    let forward = scene(2, "phase = { kind = \"henyey_greenstein\", g = 0.6 }");
+}
+
+/// `propagation` scatters isotropically: a plan with another phase function misses its accuracy and says so.
+#[test]
+fn forward_scattering_misses_the_accuracy_of_propagation() {
+    let forward = cloud_with_stars(2, "phase = { kind = \"henyey_greenstein\", g = 0.6 }");
     let plan = Plan::new(&forward, &Options::default(), &Control::default()).unwrap();
     assert!(plan.notes().iter().any(|(_, words)| words.contains("scatters evenly")));
     assert!(plan.misses_accuracy(), "the phase function is a part of the error");
-    // One basis cannot be made for each of two passbands.
-    let mut two = scene(2, "");
+}
+
+/// One basis cannot be made for each of two passbands.
+#[test]
+fn a_basis_per_filter_is_refused_for_two_passbands() {
+    let mut two = cloud_with_stars(2, "");
     two.method.settings.criterion = spectra::basis::Criterion::Filter;
     assert!(Plan::sampled(&two, &Options::default(), 20, &Control::default()).is_ok());
-    // Bands that nothing says the colours of are refused before anything is planned.
     let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::named("johnson-B")).collect();
-    let colourless = Scene { bands: bands.clone(), ..two.clone() };
-    let refused = Plan::sampled(&colourless, &Options::default(), 20, &Control::default()).unwrap_err().to_string();
-    assert!(refused.contains("palette has colours for 1 bands, the scene has 2"), "{refused}");
     let refused = Plan::sampled(&two.bands(bands), &Options::default(), 20, &Control::default()).unwrap_err().to_string();
     assert!(refused.contains("one basis") && refused.contains("largest"), "{refused}");
-    // Spectra are fitted wherever light comes through, even where the basis was made for less.
-    let mut narrow = scene(2, "");
+}
+
+/// Bands without colours in the palette are refused before planning.
+#[test]
+fn bands_without_colours_are_refused() {
+    let two = cloud_with_stars(2, "");
+    let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::named("johnson-B")).collect();
+    let colourless = Scene { bands, ..two };
+    let refused = Plan::sampled(&colourless, &Options::default(), 20, &Control::default()).unwrap_err().to_string();
+    assert!(refused.contains("palette has colours for 1 bands, the scene has 2"), "{refused}");
+}
+
+/// Spectra are fitted wherever light passes, even if the basis was made for a narrower range.
+#[test]
+fn spectra_are_fitted_beyond_a_narrow_basis() {
+    let mut narrow = cloud_with_stars(2, "");
     (narrow.method.settings.domain_um, narrow.method.settings.degree) = (Some((0.54, 0.56)), 12);
     let plan = Plan::sampled(&narrow, &Options::default(), 20, &Control::default()).unwrap();
     let field = plan.light_field().unwrap();

@@ -77,7 +77,6 @@ impl Desk {
         self.command(arguments).output().unwrap()
     }
     /// Renders the scene and expects that it goes well.
-    #[cfg(feature = "study")]
     pub fn renders(&self, arguments: &[&str]) {
         let output = self.run(&[&["render", "scene.toml"], arguments].concat());
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));

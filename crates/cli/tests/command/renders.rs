@@ -4,11 +4,9 @@ use std::process::Command;
 
 use super::desk::{Desk, SCENE};
 
-/// One bounce by chance is the reference's picture, within the errors that stand beside it; more bounces are brighter;
-/// a target ends it; settings of others are refused.
+/// The path tracer with one bounce agrees with the reference within the standard errors in its file.
 #[test]
-#[cfg(feature = "study")]
-fn paths_referee() {
+fn one_bounce_of_the_path_tracer_is_the_reference() {
     let desk = Desk::new();
     desk.renders(&["--backend", "reference", "-o", "truth.fits"]);
     desk.renders(&["--backend", "path", "--bounces", "1", "--samples", "400", "-o", "once.fits", "-o", "once.png"]);
@@ -18,20 +16,45 @@ fn paths_referee() {
     for band in list.as_array().unwrap() {
         assert!((0.5..2.0).contains(&band["chi_squared"].as_f64().unwrap()), "{list}");
     }
-    desk.renders(&["--backend", "path", "--bounces", "1000", "--target-error", "0.5", "--samples", "100000", "-o", "soon.fits"]);
-    // The same paths go on behind their first scattering: no pixel is darker, all together are brighter.
+}
+
+/// `--target-error` ends the path tracer long before the most samples.
+#[test]
+fn a_target_error_ends_the_path_tracer() {
+    let desk = Desk::new();
+    let render = desk.run(
+        &[
+            &["render", "scene.toml", "-o", "soon.fits", "--backend", "path", "--bounces", "1000"][..],
+            &["--target-error", "0.5", "--samples", "100000"],
+        ]
+        .concat(),
+    );
+    let words = String::from_utf8_lossy(&render.stdout).into_owned();
+    let paths = words.split(" paths a pixel").next().and_then(|before| before.rsplit(' ').next()).and_then(|n| n.parse::<u32>().ok());
+    assert!(render.status.success() && paths.is_some_and(|paths| paths < 10_000), "{words}");
+}
+
+/// Paths with more bounces have the same first ones: all pixels together are brighter.
+#[test]
+fn more_bounces_are_brighter() {
+    let desk = Desk::new();
     let light = |bounces: &str| {
         desk.renders(&["--backend", "path", "--bounces", bounces, "--samples", "100", "-o", "light.npy"]);
         let bytes = std::fs::read(desk.path("light.npy")).unwrap();
         let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
         let values: Vec<f64> = bytes[header..].chunks_exact(8).map(|v| f64::from_le_bytes(v.try_into().unwrap())).collect();
-        // Errors stand behind the bands.
+        // Errors follow the bands.
         values[..values.len() / 2].iter().sum::<f64>()
     };
     let (once, twice, many) = (light("1"), light("2"), light("1000"));
     assert!(twice > 1.05 * once && many > 1.02 * twice && many < 5.0 * once, "{once:e} {twice:e} {many:e}");
-    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "reference", "--bounces", "2"], &["bounces = 1"]);
-    // Methods that know one bounce are left out; what the path tracer would need stands beside the others.
+}
+
+/// The benchmark of many bounces leaves out methods of one bounce and predicts the time of the path tracer.
+#[test]
+#[cfg(feature = "study")]
+fn benchmarks_of_many_bounces_leave_out_methods_of_one() {
+    let desk = Desk::new();
     let bench =
         ["bench", "scene.toml", "--bounces", "3", "--methods", "lookup,band_quadrature", "--frames", "1", "--error-size", "8", "--json"];
     let rows: serde_json::Value = serde_json::from_slice(&desk.run(&bench).stdout).unwrap();
@@ -40,18 +63,36 @@ fn paths_referee() {
         row("lookup").is_none() && row("band_quadrature").is_some() && row("path").unwrap()["seconds"].as_f64().unwrap() > 0.0,
         "{rows}"
     );
+}
+
+/// A render with many bounces prints the orders of scattering and the angular error.
+#[test]
+fn renders_print_orders_of_scattering() {
+    let desk = Desk::new();
     let render = desk.run(&["render", "scene.toml", "-o", "x.npy", "--bounces", "3"]);
     let words = String::from_utf8_lossy(&render.stdout).into_owned();
     assert!(
         render.status.success() && words.contains("many bounces: 2 orders of scattering") && words.contains("angular about"),
         "{words}"
     );
-    // In two runs or in one, it is the same picture (a FITS file says when it was written).
+}
+
+/// A resumed render is the picture of an uninterrupted one, bit by bit.
+#[test]
+fn resumed_paths_are_those_of_one_run() {
+    let desk = Desk::new();
     desk.renders(&["--backend", "path", "--samples", "8", "--state", "s.npz", "-o", "half.npy"]);
     desk.renders(&["--backend", "path", "--samples", "16", "--state", "s.npz", "-o", "two.npy"]);
     desk.renders(&["--backend", "path", "--samples", "16", "-o", "one.npy"]);
     assert!(std::fs::read(desk.path("one.npy")).unwrap() == std::fs::read(desk.path("two.npy")).unwrap());
     assert!(std::fs::read(desk.path("one.npy")).unwrap() != std::fs::read(desk.path("half.npy")).unwrap());
+}
+
+/// States of another seed, scene, size or number of bounces are refused, and so are broken ones.
+#[test]
+fn states_of_other_renders_are_refused() {
+    let desk = Desk::new();
+    desk.renders(&["--backend", "path", "--samples", "8", "--state", "s.npz", "-o", "half.npy"]);
     let again = |more: &[&str], words: &[&str]| {
         desk.refuses(&[&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--state", "s.npz"], more].concat(), words);
     };
@@ -65,11 +106,19 @@ fn paths_referee() {
     desk.write("s.npz", &whole[..whole.len() / 2]);
     again(&[], &["s.npz", "no .npz archive"]);
     desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--state", "s.txt"], &["--state", ".npz"]);
-    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--samples", "4"], &["--backend path"]);
-    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--steps", "4"], &["--steps", "--samples"]);
-    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--samples", "0"], &["--samples 0"]);
-    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--bounces", "0"], &["--bounces 0"]);
-    desk.refuses(&["render", "scene.toml", "-o", "x.fits", "--backend", "path", "--target-error", "nan"], &["--target-error NaN"]);
+}
+
+/// Settings of another back end and values out of range are refused by name.
+#[test]
+fn settings_of_other_back_ends_are_refused() {
+    let desk = Desk::new();
+    let refused = |settings: &[&str], words: &[&str]| desk.refuses(&[&["render", "scene.toml", "-o", "x.fits"], settings].concat(), words);
+    refused(&["--backend", "reference", "--bounces", "2"], &["bounces = 1"]);
+    refused(&["--samples", "4"], &["--backend path"]);
+    refused(&["--backend", "path", "--steps", "4"], &["--steps", "--samples"]);
+    refused(&["--backend", "path", "--samples", "0"], &["--samples 0"]);
+    refused(&["--backend", "path", "--bounces", "0"], &["--bounces 0"]);
+    refused(&["--backend", "path", "--target-error", "nan"], &["--target-error NaN"]);
 }
 
 #[test]
