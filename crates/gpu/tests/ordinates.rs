@@ -115,7 +115,7 @@ temperature = "4000 K"
 radiance = "5e-11 W/m2/sr/nm"
 [method]
 accuracy = 0.003
-bake = 24
+bake = 14
 bounces = 30
 "#;
 
