@@ -398,13 +398,20 @@ luminosity = "1e4 Lsun"
         assert!(info.0 == 3 * 430 && info.1 > 600, "{info:?}");
     }
 
-    /// Gas that nobody ionises, none at all, and stars beside it: the report is written.
+    /// No gas, dense gas beside the star, and a star far away: reports have numbers, and no more light than the star can ionise.
     #[test]
     fn reports_of_nothing_are_written() {
         for (star, gas) in [("0 0 0", "0"), ("0 0 2.9", "1e5"), ("0 40 0", "10")] {
             let scene = scene(star, gas);
+            let gas_of_scene = scene.gas.as_ref().unwrap();
             let folder = tempfile::tempdir().unwrap();
-            write("nothing", scene.gas.as_ref().unwrap(), folder.path(), &Control::default()).unwrap();
+            write("nothing", gas_of_scene, folder.path(), &Control::default()).unwrap();
+            let page = std::fs::read_to_string(folder.path().join("gas.md")).unwrap();
+            let words = page.split(|c: char| !c.is_alphanumeric());
+            assert_eq!(words.filter(|word| ["NaN", "inf"].contains(word)).count(), 0, "{star} {gas}: {page}");
+            let beta = page.lines().find_map(|line| line.strip_prefix("| L(Hb) |")?.split_whitespace().next()?.parse::<f64>().ok());
+            let most = 4.79e-13 * gas_of_scene.cloud.stars[0].light.ionising();
+            assert!(beta.is_some_and(|beta| (0.0..0.6 * most).contains(&beta) && (beta > 0.0) == (gas != "0")), "{star} {gas}: {beta:?}");
             assert!(folder.path().join("maps.png").exists(), "{star} {gas}");
         }
         let control = Control::default();
