@@ -293,13 +293,23 @@ mod tests {
         sources
     }
 
+    /// A source with the functions within `simd!` at the margin.
+    fn unwrapped(source: &str) -> String {
+        let mut is_within = false;
+        let line = |line: &'_ str| {
+            is_within = (is_within || line == "simd! {") && line != "}";
+            line.strip_prefix("    ").filter(|_| is_within).unwrap_or(line).to_owned() + "\n"
+        };
+        source.lines().map(line).collect()
+    }
+
     /// True if a path such as `barnard::plan::near::pieces` leads to a function.
     fn is_there(twin: &str) -> bool {
         let (file, rest) = module_of(twin);
         let has = |source: &str, name: &str| source.contains(&format!("fn {name}(")) || source.contains(&format!("fn {name}<"));
         sources_of(&file).iter().any(|source| match rest[..] {
             // A function of its own, not a method.
-            [name] => source.lines().any(|line| !line.starts_with(' ') && has(line, name)),
+            [name] => unwrapped(source).lines().any(|line| !line.starts_with(' ') && has(line, name)),
             [owner, name] => {
                 let owns = |line: &str| line.starts_with("impl") && line.split(|c: char| !c.is_alphanumeric()).any(|word| word == owner);
                 has(source, name) && source.lines().any(owns)
