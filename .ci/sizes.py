@@ -29,18 +29,23 @@ LONGER = {
 }
 
 
-def main():
-    wrong = []
+def crates():
+    """The number of crates in the minimal build, Barnard's own among them."""
     tree = ["cargo", "tree", "-e", "normal,build", "--prefix", "none", "--no-dedupe"]
     lines = subprocess.run(tree, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
-    crates = {tuple(line.split()[:2]) for line in lines if line}
-    print(f"{len(crates)} crates in the minimal build, at most {MOST_CRATES}")
-    if len(crates) > MOST_CRATES:
-        wrong.append(f"the minimal build has {len(crates)} crates; remove dependencies or make them optional")
+    return len({tuple(line.split()[:2]) for line in lines if line})
+
+
+def main():
+    wrong = []
+    count = crates()
+    print(f"{count} crates in the minimal build, at most {MOST_CRATES}")
+    if count > MOST_CRATES:
+        wrong.append(f"the minimal build has {count} crates; remove dependencies or make them optional")
     files = [path for folder in ("crates", "python") for pattern in ("*.rs", "*.py", "*.wgsl") for path in (ROOT / folder).rglob(pattern)]
     for path in sorted(files):
         name = path.relative_to(ROOT).as_posix()
-        count = len(path.read_text().splitlines())
+        count = len(path.read_text(encoding="utf-8").splitlines())
         if count > LONGER.get(name, MOST_LINES):
             wrong.append(f"{name} has {count} lines, at most {LONGER.get(name, MOST_LINES)}; split it")
         elif count <= MOST_LINES and name in LONGER:
@@ -50,4 +55,5 @@ def main():
     sys.exit(bool(wrong))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-//! Scenes of Barnard: what stands before a telescope, and the telescope. Crate `barnard` renders them.
+//! Scenes of Barnard: fields, dust, gas, stars, cameras, instruments and images. Crate `barnard` renders them.
 //!
 //! | | |
 //! |---|---|
