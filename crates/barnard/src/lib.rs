@@ -57,5 +57,5 @@ pub use plan::{Options, Plan};
 pub use plates::Plates;
 pub use render::{render, render_with};
 
-#[cfg(test)]
-use barnard_scene::fixtures;
+#[doc(hidden)]
+pub use barnard_scene::fixtures;

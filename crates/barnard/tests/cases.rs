@@ -1,13 +1,10 @@
 //! Images beside reference answers that no renderer of ours made.
 
-#[path = "common/cases.rs"]
-mod reference_cases;
-
+use crate::common::cases::{answer, compare, folders, load};
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
 use barnard::scene::{Method, Scene};
-use reference_cases::{answer, compare, folders, load};
 
 fn cpu(scene: &Scene, method: Method) -> Image {
     let scene = &scene.clone().method(method);

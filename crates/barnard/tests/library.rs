@@ -11,7 +11,7 @@ use barnard::image::Level;
 use barnard::phase::HenyeyGreenstein;
 use barnard::plan::Plan;
 use barnard::properties::{Property, Table, Value};
-use barnard::scene::{Albedo, Background, Dust, Loader, Scale, Scene, Star, StarField};
+use barnard::scene::{Albedo, Background, Dust, Loader, Method, Scale, Scene, Star, StarField};
 use barnard::spectra::extinction::{Extinction, ExtinctionLaw};
 use barnard::spectra::passband::{self, Counting, Curve, Passband};
 use barnard::spectra::spectrum::{Shape, Spectrum};
@@ -24,7 +24,8 @@ fn made() -> Scene {
     let dust = Dust::new(cloud, law, Scale::mag_per_pc(3.0)).albedo(0.6).phase(HenyeyGreenstein::new(0.5).unwrap());
     let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3)).named("star 1");
     let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
-    Scene::new(camera).bands(passband::set("johnson").unwrap()).dust(dust).star(star)
+    let method = Method { bake: Some(32), ..Method::default() };
+    Scene::new(camera).bands(passband::set("johnson").unwrap()).dust(dust).star(star).method(method)
 }
 
 /// Parts of an image by the plan of the whole are the whole: dust, stars of the scene and of the field across the seams.
@@ -76,6 +77,8 @@ kind = "blackbody"
 position = "0.2 0.1 0.3 pc"
 temperature = "12000 K"
 luminosity = "900 Lsun"
+[method]
+bake = 32
 "#;
 
 #[test]
@@ -274,7 +277,7 @@ fn every_back_end_serves_a_job() {
         assert!((image.width, image.height) == (4, 3) && image.band(1).any(|v| v > 0.0) && stats.rays > 0, "{}", entry.name);
         assert!(image.notes.iter().any(|(key, words)| key == "backend" && words.starts_with(entry.name)), "{}", entry.name);
     }
-    let many = Scene { method: barnard::scene::Method { bounces: 5, ..Default::default() }, ..scene.clone() };
+    let many = Scene { method: Method { bounces: 5, ..Default::default() }, ..scene.clone() };
     let reference = (Registry::default().named("reference").unwrap().open)(&many).unwrap();
     assert!(reference.unable(&Job::new(&many, &options).unwrap(), &control).unwrap().unwrap().contains("bounces = 1"));
     assert!(Registry::default().named("gpux").unwrap_err().to_string().contains("reference"));

@@ -1,13 +1,10 @@
 //! Every method beside the reference: it keeps to what it states of itself.
 
-#[path = "common/rendered.rs"]
-mod rendered;
-
+use crate::common::rendered::{on_reference, parse};
 use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
-use rendered::{on_reference, parse};
 use spectra::passband::{Counting, Passband, Window, window};
 use spectra::units::Wavelength;
 

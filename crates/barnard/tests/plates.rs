@@ -189,7 +189,7 @@ fn dust_becomes_more_and_less() {
     let reach = Reach { dust: (0.4, 2.5), ..REACH };
     let plates = Plates::new(&scene, reach, None, &Options::default(), &Control::default()).unwrap();
     let mut most = 0.0f64;
-    for change in 0..60 {
+    for change in 0..20 {
         let amount = 0.4 * (2.5f64 / 0.4).powf(Counter::new(78, change).uniform());
         let own = Cloud { per_pc: 1.2 * amount, ..cloud.clone() }.scene(&Spectra::random(change));
         let (beyond, largest) = compare(&plates, &own, &mut None);

@@ -140,6 +140,7 @@ fn stars_move_through_pages() {
 
 /// Empty pages are left out by themselves where volumes are large, and only there.
 #[test]
+#[ignore = "long"]
 fn large_volumes_are_sparse() {
     for (voxels, is_sparse) in [(150, false), (210, true)] {
         let mut scene = sampled(12.0, voxels, "");

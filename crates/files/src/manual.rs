@@ -63,7 +63,7 @@ fn catalogues(page: &mut String, table: &TableRow, more: impl FnOnce(&mut String
 
 const INTRODUCTION: &str = "# The scene format
 
-This page is made of the program's own catalogues (`BLESS=1 cargo test -p barnard-files --test manual` writes it).
+This page is made of the program's own catalogues (`BLESS=1 cargo test -p barnard-files --test suite manual` writes it).
 
 A scene is a TOML file. Quantities are texts with units (`\"656.3 nm\"`, `\"0.4 pc\"`, `\"39000 K\"`, `\"2 mag/pc\"`), positions three numbers and a unit
 (`\"0.5 0 -2 pc\"`), directions lists (`[0, 1, 0]`). Unknown keys are errors. Files are relative to the scene file. Tables with a `kind` choose a row of a

@@ -14,8 +14,8 @@ use spectra::curve::Columns;
 use crate::formats::{open, read_array, read_file, read_picture, replace};
 use crate::{columns, paths, text_table};
 
-/// Files by name, each with its bytes.
-pub type Embedded = &'static [(&'static str, &'static [u8])];
+/// Files by name, each with what gives its bytes.
+pub type Embedded = &'static [(&'static str, fn() -> &'static [u8])];
 
 /// The files that a scene names.
 #[derive(Debug)]
@@ -55,7 +55,7 @@ impl SceneFiles {
         if let Ok(mut unpacked) = self.unpacked.lock() {
             unpacked.push(name);
         }
-        Some(bytes)
+        Some(bytes())
     }
 
     fn note(&self, path: PathBuf) {
@@ -73,10 +73,10 @@ impl SceneFiles {
     pub fn write_embedded(&self, folder: &Path) -> Result<()> {
         let unpacked = self.unpacked.lock().map(|names| names.clone()).unwrap_or_default();
         for (name, bytes) in self.embedded.iter().filter(|(name, _)| unpacked.contains(name)) {
-            let path = folder.join(name);
+            let (path, bytes) = (folder.join(name), bytes());
             if path.exists() {
                 let same = std::fs::metadata(&path).is_ok_and(|m| m.len() == bytes.len() as u64)
-                    && std::fs::read(&path).is_ok_and(|own| own == *bytes);
+                    && std::fs::read(&path).is_ok_and(|own| own == bytes);
                 if !same {
                     return Err(Error::file(&path, "is there already and is another file than the scene's; choose another folder"));
                 }

@@ -1,8 +1,6 @@
 //! The measured dust of the Galaxy, from small files that are laid out as the published ones (maps/write.py): where it is,
 //! and how much.
 
-mod support;
-
 use std::io::Read;
 use std::sync::Arc;
 
@@ -19,7 +17,7 @@ fn file(name: &str) -> Vec<u8> {
 }
 
 fn density(name: &str, keys: &str) -> Result<Arc<dyn Field>, String> {
-    support::density(name, &file(name), keys, DEFAULT_LIMIT)
+    crate::support::density(name, &file(name), keys, DEFAULT_LIMIT)
 }
 
 /// Extinction at V [mag/pc] of the cloud that each file has in one voxel, and of the dust around it.

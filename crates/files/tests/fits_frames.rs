@@ -1,7 +1,5 @@
 //! What a FITS cube says of its own values and frame is read, or said: it is never passed over.
 
-mod support;
-
 use barnard::data::Layout;
 use barnard::field::Field;
 use barnard::glam::DVec3;
@@ -20,7 +18,7 @@ fn cube(cards: &[&str]) -> Vec<u8> {
 
 /// The density of a scene whose dust is such a cube; `keys` stand in its table.
 fn density(cards: &[&str], keys: &str) -> Result<std::sync::Arc<dyn Field>, String> {
-    support::density("cube.fits", &cube(cards), keys, DEFAULT_LIMIT)
+    crate::support::density("cube.fits", &cube(cards), keys, DEFAULT_LIMIT)
 }
 
 const BOX: &str = "low = \"-2 -1 -1 pc\"\nhigh = \"2 1 1 pc\"";

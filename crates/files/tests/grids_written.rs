@@ -1,13 +1,11 @@
 //! Grids that are written and read again: each format has every value where it was.
 
-mod support;
-
+use crate::support::density;
 use barnard::field::{Field, Grid};
 use barnard::geometry::Bounds;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard_files::formats::{GRID_WRITERS, GridFile, grid_writer, save_grid};
-use support::density;
 
 const DIMS: [usize; 3] = [150, 21, 34];
 

@@ -8,7 +8,7 @@ fn the_manual_is_made_of_the_catalogues() {
         std::fs::write(&path, &expected).unwrap();
     }
     let page = std::fs::read_to_string(&path).expect("docs/scene-format.md is missing; BLESS=1 writes it");
-    assert!(page == expected, "docs/scene-format.md is stale; run BLESS=1 cargo test -p barnard-files --test manual");
+    assert!(page == expected, "docs/scene-format.md is stale; run BLESS=1 cargo test -p barnard-files --test suite manual");
 }
 
 /// The scene that the manual shows is one that works.

@@ -1,31 +1,11 @@
 //! Files of plates.
 
+use barnard::fixtures::small_cloud;
 use barnard::plates::Reach;
 use barnard::{Control, Options, Plates};
 use barnard_files::plates::{load, save};
 
-const SCENE: &str = r#"
-bands = "johnson"
-[camera]
-kind = "perspective"
-position = "0 0 4 pc"
-field_of_view = "30 deg"
-size = [11, 7]
-[field.cloud]
-kind = "fbm"
-seed = 2
-scale = "0.6 pc"
-offset = 0.15
-[dust]
-density = "cloud"
-scale = "2 /pc"
-law = "gordon23"
-albedo = 0.6
-[[star]]
-kind = "blackbody"
-position = "0.3 0.35 0.4 pc"
-temperature = "10000 K"
-luminosity = "1000 Lsun"
+const GAS: &str = r#"
 [[emission]]
 density = "cloud^2"
 kind = "lines"
@@ -36,7 +16,9 @@ bake = 16
 "#;
 
 fn plates() -> Plates {
-    let scene = barnard_files::parse("test.toml", "test", SCENE.into(), &barnard_files::in_folder(".", 1 << 30)).unwrap();
+    let scene =
+        barnard_files::parse("test.toml", "test", small_cloud(&[("[16, 12]", "[11, 7]")]) + GAS, &barnard_files::in_folder(".", 1 << 30))
+            .unwrap();
     Plates::new(&scene, Reach::default(), None, &Options::default(), &Control::default()).unwrap()
 }
 

@@ -1,9 +1,8 @@
 //! Where the arrays of files lie in a scene, and what of them is read.
 
-mod support;
-
 use std::sync::Arc;
 
+use crate::support::density;
 use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::field::Field;
@@ -11,7 +10,6 @@ use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Plan};
 use npyz::WriterBuilder;
-use support::density;
 
 /// A grid of OpenVDB from its archive: voxels 2 to 31 along x, 2 to 15 along y and z.
 fn vdb(name: &str, keys: &str) -> Result<Arc<dyn Field>, String> {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use barnard::control::Control;
 use barnard::field::{Grid, Lattice};
+use barnard::fixtures::small_cloud;
 use barnard::geometry::Bounds;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::ordinates::{Cells, EightLanes, Moments, Powers, Processor, Sweeper, Transfer, WIDTH, faces};
@@ -79,30 +80,12 @@ fn orders_are_those_of_the_processor() {
     }
 }
 
-const SCENE: &str = r#"bands = ["johnson-B", "johnson-V"]
-[camera]
-kind = "perspective"
-position = "0.4 0.3 5 pc"
-field_of_view = "26 deg"
-size = [16, 16]
-[field.cloud]
-kind = "fbm"
-radius = "1 pc"
+/// Dense dust with a star and glowing gas in it, before light: 30 bounces.
+fn text(albedo: &str) -> String {
+    let around = r#"visible = false
 [field.knot]
 kind = "sphere"
 radius = "0.3 pc"
-[dust]
-density = "cloud"
-law = "ccm89"
-scale = "4 /pc"
-albedo = 0.8
-phase = { kind = "henyey_greenstein", g = 0.5 }
-[[star]]
-kind = "blackbody"
-position = "0.2 0.3 0.4 pc"
-temperature = "9000 K"
-luminosity = "100 Lsun"
-visible = false
 [[emission]]
 name = "line"
 kind = "lines"
@@ -118,9 +101,12 @@ accuracy = 0.003
 bake = 14
 bounces = 30
 "#;
+    let dust = format!("albedo = {albedo}\nphase = {{ kind = \"henyey_greenstein\", g = 0.5 }}");
+    small_cloud(&[("2 mag/pc", "4 /pc"), ("albedo = 0.6", &dust)]) + around
+}
 
-fn plan(text: impl Into<String>, sweeper: Option<Arc<dyn Sweeper>>) -> Plan {
-    let scene = barnard_files::parse("test.toml", "test", text.into(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+fn plan(text: String, sweeper: Option<Arc<dyn Sweeper>>) -> Plan {
+    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
     Plan::new(&scene, &Options { sweeper, ..Options::within(DEFAULT_LIMIT) }, &Control::default()).unwrap()
 }
 
@@ -144,12 +130,12 @@ fn apart(ours: &Plan, theirs: &Plan) -> f32 {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn plans_are_those_of_the_processor() {
     let gpu = device();
-    let theirs = plan(SCENE, None);
+    let theirs = plan(text("0.8"), None);
     assert!(words(&theirs).contains("swept on cpu in"), "{}", words(&theirs));
-    let ours = plan(SCENE, Some(Arc::new(Ordinates::new(gpu.clone()))));
+    let ours = plan(text("0.8"), Some(Arc::new(Ordinates::new(gpu.clone()))));
     assert!(words(&ours).contains(&format!("swept on {} in", gpu.name())), "{}", words(&ours));
     // Sums of 36 harmonics cancel.
     let wrong = apart(&ours, &theirs);
     assert!(wrong > 0.0 && wrong < 3e-4, "{wrong:e}");
-    assert!(apart(&ours, &plan(SCENE.replace("albedo = 0.8", "albedo = 0.801"), None)) > 3e-4);
+    assert!(apart(&ours, &plan(text("0.801"), None)) > 3e-4);
 }

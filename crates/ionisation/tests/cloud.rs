@@ -150,6 +150,7 @@ fn clouds_of_all_kinds() {
 /// the order in which they are told is none. One star's beams solve the gas within voxels, several stars' light goes through
 /// voxels as a whole: on spheres of 16 voxels in radius both agree to half a percent, on those of nine to one and a half.
 #[test]
+#[ignore = "long"]
 fn several_stars() {
     let edge = 64;
     let hydrogen = vec![200.0; edge * edge * edge];

@@ -1,11 +1,6 @@
 //! A clump's shadow by beams, beside photons by chance.
 
-#[path = "common/chance.rs"]
-mod chance;
-#[path = "common/clump.rs"]
-mod clump;
-
-use clump::Clump;
+use crate::common::clump::Clump;
 use ionisation::balance::Diffuse;
 
 /// Voxels along an edge, and photons of a round.

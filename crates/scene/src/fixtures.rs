@@ -15,6 +15,38 @@ use crate::field::{IntoField, Sphere};
 use crate::properties::{Key, Section, Table, Value};
 use crate::scene::{Dust, Method, Scale, Scene, Star};
 
+/// The text of a scene: a cloud of dust with a star in it, 16 × 12 pixels of johnson.
+const SMALL_CLOUD: &str = r#"
+bands = "johnson"
+[camera]
+kind = "perspective"
+position = "0 0 5 pc"
+field_of_view = "30 deg"
+size = [16, 12]
+[field.cloud]
+kind = "fbm"
+radius = "1 pc"
+[dust]
+density = "cloud"
+scale = "2 mag/pc"
+law = "fitzpatrick99"
+albedo = 0.6
+[[star]]
+kind = "blackbody"
+position = "0.3 0.3 0.3 pc"
+temperature = "12000 K"
+luminosity = "500 Lsun"
+"#;
+
+/// The text of a scene: a cloud of dust with a star in it, 16 × 12 pixels of johnson, with other words in place of some.
+pub fn small_cloud(changes: &[(&str, &str)]) -> String {
+    let changed = |text: String, (from, to): &(&str, &str)| {
+        assert!(text.contains(from), "the small cloud has no {from}");
+        text.replace(from, to)
+    };
+    changes.iter().fold(SMALL_CLOUD.to_owned(), changed)
+}
+
 /// A ball of density one around the origin.
 pub fn ball(radius_pc: f64) -> Sphere {
     Sphere::new(DVec3::ZERO, radius_pc).unwrap()

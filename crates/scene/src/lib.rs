@@ -32,4 +32,4 @@ pub use picture::{camera, composite, image, observation};
 pub use scene::Scene;
 pub use spectra;
 
-use base::{curve, fourier, place};
+use base::{curve, place};

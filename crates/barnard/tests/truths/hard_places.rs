@@ -2,8 +2,9 @@
 
 use barnard::scene::Scene;
 
-use crate::rendered::{on_reference, parse};
-use crate::{LINE_BAND, VIEW, on_cpu};
+use crate::common::rendered::{on_reference, parse};
+
+use super::{LINE_BAND, VIEW, on_cpu};
 
 /// A lit wall before something bright: a ray may end early only where nothing behind asks for its depth.
 fn lit_wall(behind: &str) -> Scene {

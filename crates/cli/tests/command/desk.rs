@@ -3,33 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use barnard::fixtures::small_cloud;
+
 pub struct Desk {
     pub folder: tempfile::TempDir,
 }
 
-pub const SCENE: &str = r#"
-bands = "johnson"
-[camera]
-kind = "perspective"
-position = "0 0 5 pc"
-field_of_view = "30 deg"
-size = [16, 12]
-[field.cloud]
-kind = "grid"
-file = "cloud.npy"
-low = "-1 -1 -1 pc"
-high = "1 1 1 pc"
-[dust]
-density = "cloud"
-scale = "2 mag/pc"
-law = "fitzpatrick99"
-albedo = 0.6
-[[star]]
-kind = "blackbody"
-position = "0.3 0.3 0.3 pc"
-temperature = "12000 K"
-luminosity = "500 Lsun"
-"#;
+/// The small cloud, from a file.
+pub fn scene() -> String {
+    let grid = "kind = \"grid\"\nfile = \"cloud.npy\"\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"";
+    small_cloud(&[("kind = \"fbm\"\nradius = \"1 pc\"", grid)])
+}
 
 /// A version 1.0 .npy file.
 pub fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
@@ -54,7 +38,7 @@ impl Desk {
     pub fn new() -> Self {
         let desk = Self { folder: tempfile::tempdir().unwrap() };
         desk.write("cloud.npy", &cloud(|i| 0.5 + 0.4 * (i as f32).sin()));
-        desk.write("scene.toml", SCENE.as_bytes());
+        desk.write("scene.toml", scene().as_bytes());
         desk
     }
     pub fn path(&self, name: &str) -> PathBuf {
@@ -64,8 +48,9 @@ impl Desk {
         std::fs::write(self.path(name), bytes).unwrap();
     }
     pub fn with(&self, from: &str, to: &str) -> &Self {
-        assert!(SCENE.contains(from), "{from}");
-        self.write("scene.toml", SCENE.replace(from, to).as_bytes());
+        let scene = scene();
+        assert!(scene.contains(from), "{from}");
+        self.write("scene.toml", scene.replace(from, to).as_bytes());
         self
     }
     pub fn command(&self, arguments: &[&str]) -> Command {

@@ -1,6 +1,6 @@
 //! `barnard fit`.
 
-use super::desk::{Desk, SCENE};
+use super::desk::{Desk, scene};
 
 const INSTRUMENT: &str = r#"
 [instrument]
@@ -15,7 +15,7 @@ frames = 3
 #[test]
 fn scenes_are_fitted() {
     let desk = Desk::new();
-    desk.write("scene.toml", format!("{SCENE}{INSTRUMENT}").as_bytes());
+    desk.write("scene.toml", (scene() + INSTRUMENT).as_bytes());
     let run = |arguments: &[&str]| {
         let output = desk.run(arguments);
         let words = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
@@ -40,7 +40,7 @@ fn scenes_are_fitted() {
     let found: serde_json::Value = serde_json::from_slice(&std::fs::read(desk.path("fit.json")).unwrap()).unwrap();
     let parameter = &found["parameters"][0];
     let number = |key: &str| parameter[key].as_f64().unwrap();
-    let scene = barnard_files::toml::properties("scene.toml", SCENE).unwrap();
+    let scene = barnard_files::toml::properties("scene.toml", &scene()).unwrap();
     let said = barnard::properties::places::get(&scene, "star.0.luminosity").unwrap().unwrap().value.clone();
     let (_, truth) = barnard::properties::Form::of(&said).unwrap();
     assert!((number("value") - truth[0]).abs() < 5.0 * number("sigma") && number("sigma") > 0.0, "{parameter} {truth:?}");
@@ -57,7 +57,7 @@ fn scenes_are_fitted() {
 #[test]
 fn what_cannot_be_fitted_is_refused() {
     let desk = Desk::new();
-    desk.write("scene.toml", format!("{SCENE}{INSTRUMENT}").as_bytes());
+    desk.write("scene.toml", (scene() + INSTRUMENT).as_bytes());
     assert!(desk.run(&["observe", "scene.toml", "-o", "master.fits"]).status.success());
     let refused = |arguments: &[&str], words: &[&str]| desk.refuses(&[&["fit", "scene.toml"], arguments].concat(), words);
     let to = ["--to", "master.fits", "--free"];

@@ -3,7 +3,7 @@
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::desk::{Desk, SCENE, listing};
+use super::desk::{Desk, listing, scene};
 
 /// A flight of eleven frames.
 fn desk() -> Desk {
@@ -17,7 +17,8 @@ position = "3 0 4 pc"
 [sequence]
 frames_per_second = 10
 "#;
-    let text = SCENE.replace("position = \"0 0 5 pc\"\n", "").replace("bands = \"johnson\"\n", "bands = \"johnson\"\nname = \"flight\"\n");
+    let text =
+        scene().replace("position = \"0 0 5 pc\"\n", "").replace("bands = \"johnson\"\n", "bands = \"johnson\"\nname = \"flight\"\n");
     desk.write("flight.toml", format!("{text}{path}").as_bytes());
     std::fs::create_dir(desk.path("out")).unwrap();
     desk

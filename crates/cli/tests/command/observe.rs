@@ -1,6 +1,6 @@
 //! `barnard observe`: frames and masters, and what is refused before anything is rendered.
 
-use super::desk::{Desk, SCENE};
+use super::desk::{Desk, scene};
 
 const INSTRUMENT: &str = r#"
 [instrument]
@@ -13,7 +13,7 @@ frames = 3
 
 fn desk() -> Desk {
     let desk = Desk::new();
-    desk.write("scene.toml", format!("{SCENE}{INSTRUMENT}").as_bytes());
+    desk.write("scene.toml", (scene() + INSTRUMENT).as_bytes());
     desk
 }
 
@@ -77,17 +77,9 @@ fn what_cannot_be_observed_is_refused_at_once() {
         &[&["-o", "m.fits", "--preset", "refractor-0.2m-duo", "--size", "4000x4000", "--backend", "reference"], &set[..]].concat(),
         &["finer"],
     );
-    desk.write("scene.toml", SCENE.as_bytes());
+    desk.write("scene.toml", scene().as_bytes());
     refused(&["-o", "m.fits"], &["no instrument", "list instruments"]);
-    desk.write(
-        "scene.toml",
-        format!(
-            r#"{SCENE}[instrument]
-aperture = "0.5 m"
-bias = "70000 ADU"
-"#
-        )
-        .as_bytes(),
-    );
+    let biased = "[instrument]\naperture = \"0.5 m\"\nbias = \"70000 ADU\"\n";
+    desk.write("scene.toml", (scene() + biased).as_bytes());
     refused(&["-o", "m.fits"], &["bias", "65535", "[instrument] bias"]);
 }

@@ -85,7 +85,7 @@ fn scenes_and_pictures_go_through_pipes() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        child.stdin.take().unwrap().write_all(super::desk::SCENE.as_bytes()).unwrap();
+        child.stdin.take().unwrap().write_all(super::desk::scene().as_bytes()).unwrap();
         child.wait_with_output().unwrap()
     };
     for name in ["-", "/dev/stdin"] {
@@ -119,7 +119,7 @@ scale = "1e-25 W/m3/sr"
 lines = [{ wavelength = "656.46 nm", strength = 1 }]
 "#;
     for (density, words) in [("t * missing", "missing"), ("t * (1 +", "emission"), ("nosuch(t)", "nosuch")] {
-        desk.write("slow.toml", format!("{}{slow}{}", super::desk::SCENE, glow.replace("DENSITY", density)).as_bytes());
+        desk.write("slow.toml", format!("{}{slow}{}", super::desk::scene(), glow.replace("DENSITY", density)).as_bytes());
         desk.refuses(&["check", "slow.toml"], &[words]);
     }
     let flash = r#"
@@ -130,11 +130,11 @@ values = ["1 Lsun", "500 Lsun"]
 [sequence]
 frames_per_second = 2
 "#;
-    desk.write("flash.toml", format!("{}{flash}", super::desk::SCENE).as_bytes());
+    desk.write("flash.toml", format!("{}{flash}", super::desk::scene()).as_bytes());
     let output = desk.run(&["render", "flash.toml", "--frames", "1", "-o", "frame_%02d.npy"]);
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && words.contains("light echo"), "{words}");
-    desk.write("slow.toml", format!("{}{}", super::desk::SCENE, flash.replace("1 Lsun", "480 Lsun")).as_bytes());
+    desk.write("slow.toml", format!("{}{}", super::desk::scene(), flash.replace("1 Lsun", "480 Lsun")).as_bytes());
     let output = desk.run(&["render", "slow.toml", "--frames", "1", "-o", "calm_%02d.npy"]);
     assert!(output.status.success() && !String::from_utf8_lossy(&output.stderr).contains("light echo"));
 }

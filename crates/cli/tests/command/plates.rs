@@ -1,12 +1,12 @@
 //! `barnard plates` and `barnard expose`.
 
-use super::desk::{Desk, SCENE};
+use super::desk::{Desk, scene};
 
 /// Pictures of plates are those that are rendered, other keys of the scene change them, and what plates cannot show is refused.
 #[test]
 fn plates_are_exposed() {
     let desk = Desk::new();
-    desk.write("scene.toml", SCENE.as_bytes());
+    desk.write("scene.toml", scene().as_bytes());
     let run = |arguments: &[&str]| {
         let output = desk.run(arguments);
         let words = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);

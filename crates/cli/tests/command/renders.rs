@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use super::desk::{Desk, SCENE};
+use super::desk::{Desk, scene};
 
 /// The path tracer with one bounce agrees with the reference within the standard errors in its file.
 #[test]
@@ -282,7 +282,7 @@ fn names_of_before_are_read() {
     assert!(before.status.success(), "{before:?}");
     desk.with("[camera]", "[method]\nname = \"newton\"\n[camera]");
     assert!(desk.run(&["render", "scene.toml", "-o", "inside.npy"]).status.success());
-    desk.write("scene.toml", SCENE.as_bytes());
+    desk.write("scene.toml", scene().as_bytes());
     assert!(desk.run(&["render", "scene.toml", "-o", "now.npy", "--method", "midpoint"]).status.success());
     let read = |name: &str| std::fs::read(desk.path(name)).unwrap();
     assert!(read("before.npy") == read("now.npy") && read("inside.npy") == read("now.npy"));

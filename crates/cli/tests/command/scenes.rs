@@ -1,6 +1,6 @@
 //! Scenes that are refused, by what is wrong in them.
 
-use super::desk::{Desk, SCENE};
+use super::desk::{Desk, scene};
 
 #[test]
 fn unknown_keys_and_names_are_answered_with_the_nearest() {
@@ -81,7 +81,7 @@ radiance = "1e60 W/m2/sr/nm"
 fn names_that_mean_something_else_are_refused() {
     let desk = Desk::new();
     for name in ["x", "exp", "pi", "a-b"] {
-        desk.write("scene.toml", SCENE.replace("field.cloud", &format!("field.{name}")).as_bytes());
+        desk.write("scene.toml", scene().replace("field.cloud", &format!("field.{name}")).as_bytes());
         desk.refuses_scene(&[name, "scene.toml", "expression"]);
     }
 }
@@ -94,7 +94,7 @@ name = "own"
 kind = "file"
 file = "own.csv"
 [camera]"#;
-    desk.write("scene.toml", SCENE.replace("bands = \"johnson\"", "").replace("[camera]", own).as_bytes());
+    desk.write("scene.toml", scene().replace("bands = \"johnson\"", "").replace("[camera]", own).as_bytes());
     desk.write("own.csv", b"wavelength_nm,throughput\n500,50\n600,80\n");
     desk.refuses_scene(&["own.csv", "percent"]);
     desk.write("own.csv", b"frequency_Hz,throughput\n500,0.5\n600,0.8\n");

@@ -19,6 +19,7 @@ mod write;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::time::SystemTime;
 
 pub use fits::{MASK_PREFIX, Observed, Plane, Sky, columns as fits_columns, observed, sky_of};
 pub use gather::part_of;
@@ -402,5 +403,5 @@ pub(crate) fn distinct_names(image: &Image) -> Vec<String> {
 
 /// The time now as ISO 8601 has it, in UTC: 2026-11-22T21:09:33.
 pub(crate) fn now() -> String {
-    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S").to_string()
+    humantime::format_rfc3339_seconds(SystemTime::now()).to_string().replace('Z', "")
 }

@@ -106,6 +106,7 @@ pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
 pub(crate) enum Written<'a> {
     Doubles(&'a [f64]),
     Singles(&'a [f32]),
+    Halves(&'a [half::f16]),
     Words(&'a [u16]),
     Bytes(&'a [u8]),
 }
@@ -131,6 +132,7 @@ pub(crate) fn put(
     match values {
         Written::Doubles(values) => write!(values, f64),
         Written::Singles(values) => write!(values, f32),
+        Written::Halves(values) => write!(values, half::f16),
         Written::Words(values) => write!(values, u16),
         Written::Bytes(values) => write!(values, u8),
     }

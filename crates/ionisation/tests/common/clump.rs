@@ -5,7 +5,7 @@ use ionisation::balance::{Diffuse, Gas, State};
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 
-use crate::chance::{Follow, Source, neutral};
+use super::chance::{Follow, Source, neutral};
 
 /// The half of an edge \[pc\].
 pub const HALF_PC: f64 = 2.0;

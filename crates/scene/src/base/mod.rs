@@ -5,7 +5,6 @@ pub mod control;
 pub mod curve;
 pub mod data;
 pub mod error;
-pub mod fourier;
 pub mod geometry;
 pub mod keywords;
 pub mod memory;

@@ -1,6 +1,7 @@
 //! Images as FITS files.
 
 use std::io::Write;
+use std::time::{Duration, SystemTime};
 
 use barnard::error::Result;
 use barnard::image::{Image, Layer, LayerContent, PixelScale, Samples, SkyCoordinates, Turned};
@@ -159,11 +160,17 @@ pub(crate) fn encode_frame(frame: &Frame) -> Vec<u8> {
 /// The modified Julian date of J2000 \[d\].
 const J2000_MJD: f64 = 51_544.5;
 
+/// J2000 \[s\] after the beginning of 1970.
+const J2000_UNIX: f64 = 946_728_000.0;
+
+/// The last second that a date of four digits can have \[s\] after the beginning of 1970.
+const LAST_UNIX: f64 = 253_402_300_799.0;
+
 /// When a frame begins, by a clock that starts at J2000: the same for the same frame whenever it is written.
 fn begun(frame: &Frame) -> String {
-    let first = jiff::civil::date(2000, 1, 1).at(12, 0, 0, 0);
-    let after = jiff::SignedDuration::try_from_secs_f64(frame.begun_s).unwrap_or_default();
-    first.saturating_add(after).strftime("%Y-%m-%dT%H:%M:%S%.3f").to_string()
+    let milliseconds = 1e3 * (J2000_UNIX + frame.begun_s).clamp(0.0, LAST_UNIX);
+    let time = SystemTime::UNIX_EPOCH + Duration::from_millis(milliseconds.round() as u64);
+    humantime::format_rfc3339_millis(time).to_string().replace('Z', "")
 }
 
 /// A channel of a layer as an HDU: what it is called, which it is, its unit and what it means.

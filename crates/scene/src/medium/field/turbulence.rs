@@ -14,6 +14,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use fourier::{Complex32, transform_singles, wave_number};
 use glam::DVec3;
 use rayon::prelude::*;
 use spectra::quadrature::integrate;
@@ -23,7 +24,6 @@ use super::{Field, Grid, within};
 use crate::data::Inputs;
 use crate::error::Result;
 use crate::field::lattice::Lattice;
-use crate::fourier::{self, Complex32, transform, wave_number};
 use crate::geometry::Bounds;
 use crate::memory;
 use crate::properties::{Key, Kind, Section};
@@ -111,7 +111,7 @@ impl Turbulence {
         let bytes = (lattice.cells() as u64).saturating_mul(fourier::BYTES);
         memory::check("the waves of a field of turbulence", bytes, memory_limit)?;
         let mut waves = self.waves(&lattice);
-        transform(&mut waves, lattice.dims, false);
+        transform_singles(&mut waves, lattice.dims, false);
         let mut density: Vec<f32> = waves.into_par_iter().map(|s| s.re.exp()).collect();
         let planes = density.par_chunks(lattice.dims[0] * lattice.dims[1]).map(|plane| plane.iter().map(|v| f64::from(*v)).sum::<f64>());
         // In the order of planes, whatever the threads.

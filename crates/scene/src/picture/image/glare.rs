@@ -13,17 +13,17 @@
 //!
 //! K fades from a quarter of the longer edge to half of it, where it ends, and keeps all light, but for what leaves the picture. What
 //! would come in from beyond the edge is taken to be like what is within: the convolution is divided by that of an even picture.
-//! In pictures of all around, bright points are spread on the sphere (`convolution::sphere`): their spikes and halos cross the seam,
-//! the poles and the edges of a cube.
+//! In pictures of all around, points are spread on the sphere (`convolution::sphere`): spikes cross seams and poles.
 
 use std::cell::OnceCell;
 use std::sync::{Arc, Mutex, PoisonError};
+
+use fourier::Complex;
 
 use super::convolution::{Kernel, Sphere, Spread, reach};
 use super::optics::{OPTICS, OpticsRow};
 use super::{Band, Image, PixelScale, Samples};
 use crate::error::{Error, Result};
-use crate::fourier::Complex;
 
 /// What optics make of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]

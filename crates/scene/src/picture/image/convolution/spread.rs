@@ -1,9 +1,9 @@
 //! Convolutions by Fourier transform.
 
+use fourier::{Complex, transform};
 use rayon::prelude::*;
 
 use super::kernel::Kernel;
-use crate::fourier::{Complex, transform};
 
 /// The convolution of pictures of one size with a kernel.
 #[derive(Debug)]

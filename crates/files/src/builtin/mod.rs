@@ -1,6 +1,8 @@
 //! Scenes that are compiled in. Each is a file of `scenes/` and one row of [`SCENES`].
 
-use std::sync::Arc;
+mod packed;
+
+use std::sync::{Arc, LazyLock};
 
 use spectra::SpectraError;
 
@@ -31,7 +33,7 @@ macro_rules! scene {
             needs: $needs,
             name: $name,
             summary: $summary,
-            text: include_str!(concat!("../scenes/", $name, ".toml")),
+            text: include_str!(concat!("../../scenes/", $name, ".toml")),
             thumbnail: $thumbnail,
         }
     };
@@ -39,7 +41,7 @@ macro_rules! scene {
         scene!($name, $summary, needs Some($needs), None)
     };
     ($name:literal, $summary:literal) => {
-        scene!($name, $summary, needs None, Some(include_bytes!(concat!("../scenes/thumbnails/", $name, ".jpg"))))
+        scene!($name, $summary, needs None, Some(include_bytes!(concat!("../../scenes/thumbnails/", $name, ".jpg"))))
     };
 }
 
@@ -67,12 +69,24 @@ pub const SCENES: &[BuiltinScene] = &[
 /// Names that scenes had before, and have now.
 const ALIASES: [(&str, &str); 1] = [("deck", "barres_neyret")];
 
+macro_rules! volumes {
+    ($name:literal) => {
+        (concat!("volumes/", $name, ".npz"), || {
+            static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
+                let packed = include_bytes!(concat!("../../scenes/volumes/", $name, ".packed.npz"));
+                packed::unpacked(packed).expect("a test unpacks every file")
+            });
+            &WHOLE
+        })
+    };
+}
+
 /// Files that built-in scenes use.
 const FILES: Embedded = &[
-    ("stars/local_bubble.csv", include_bytes!("../scenes/stars/local_bubble.csv")),
-    ("stars/young_cluster.csv", include_bytes!("../scenes/stars/young_cluster.csv")),
-    ("volumes/pillars_128.npz", include_bytes!("../scenes/volumes/pillars_128.npz")),
-    ("volumes/turbulent_cloud_128.npz", include_bytes!("../scenes/volumes/turbulent_cloud_128.npz")),
+    ("stars/local_bubble.csv", || include_bytes!("../../scenes/stars/local_bubble.csv")),
+    ("stars/young_cluster.csv", || include_bytes!("../../scenes/stars/young_cluster.csv")),
+    volumes!("pillars_128"),
+    volumes!("turbulent_cloud_128"),
 ];
 
 /// The row of the built-in scene called `name`.
@@ -125,4 +139,32 @@ pub fn files() -> Arc<SceneFiles> {
 /// The loader that reads the files of built-in scenes, which are part of the program.
 pub fn loader(memory_limit: u64) -> Loader {
     Loader::new(files(), memory_limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+    use std::path::Path;
+
+    use super::*;
+    use crate::formats::{Request, doubles};
+
+    /// Mean and three values of each volume are those that numpy finds in the archives that were packed.
+    #[test]
+    fn volumes_are_those_of_the_runs() {
+        let expected = [
+            ("volumes/pillars_128.npz", "n_H", 140.01845437750598, [31.609375, 34.28125, 4.3984375]),
+            ("volumes/pillars_128.npz", "x_ion", 0.5894153361878125, [1.0, 1.0, 0.0]),
+            ("volumes/turbulent_cloud_128.npz", "n_H", 150.00005383836105, [14.8203125, 12.984375, 11.125]),
+        ];
+        for (file, name, mean, three) in expected {
+            let bytes = FILES.iter().find(|(own, _)| *own == file).unwrap().1();
+            let mut request = Request::new(Cursor::new(bytes), Path::new(file), Some(name), 1 << 26).unwrap();
+            let (shape, values) = doubles(&mut request).unwrap();
+            assert_eq!(shape, [128; 3]);
+            assert_eq!([0, 3 * 128 * 128 + 40 * 128 + 77, values.len() - 1].map(|i| values[i]), three, "{file} {name}");
+            let sum: f64 = values.iter().sum();
+            assert!((sum / values.len() as f64 / mean - 1.0).abs() < 1e-12, "{file} {name}");
+        }
+    }
 }

@@ -1,17 +1,14 @@
 //! Analytic truths: what a renderer must give where the answer is known in closed form.
 
-#[path = "../common/rendered.rs"]
-mod rendered;
-
 mod hard_places;
 
+use crate::common::rendered::{on_reference, parse};
 use barnard::backend::{self, cpu};
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::plan::{Options, Plan};
 use barnard::points::Sources;
 use barnard::scene::Scene;
-use rendered::{on_reference, parse};
 use spectra::constants::PARSEC;
 
 fn on_cpu(scene: &Scene) -> Image {
@@ -309,7 +306,7 @@ fn threads_do_not_matter() {
 kind = "perspective"
 position = "0 0 4 pc"
 field_of_view = "30 deg"
-size = [37, 29]
+size = [19, 15]
 supersampling = 2
 {LINE_BAND}[field.cloud]
 kind = "fbm"

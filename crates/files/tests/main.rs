@@ -1,0 +1,19 @@
+//! Files that are read and written: one program, so that its tests share the processor.
+
+mod animation;
+mod dust_maps;
+mod fields;
+mod fits_frames;
+mod fits_tiles;
+mod formats;
+mod gas;
+mod grids_written;
+mod hdf5;
+mod inputs;
+mod manual;
+mod panoramas;
+mod plates;
+mod star_tables;
+mod support;
+mod vdb;
+mod volumes;
