@@ -107,7 +107,7 @@ bounces = 30
 
 fn plan(text: String, sweeper: Option<Arc<dyn Sweeper>>) -> Plan {
     let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-    Plan::new(&scene, &Options { sweeper, ..Options::within(DEFAULT_LIMIT) }, &Control::default()).unwrap()
+    Plan::preview(None, &scene, &Options { sweeper, ..Options::within(DEFAULT_LIMIT) }, &Control::default()).unwrap()
 }
 
 fn words(plan: &Plan) -> String {
@@ -125,7 +125,8 @@ fn apart(ours: &Plan, theirs: &Plan) -> f32 {
     ours.iter().zip(&theirs).fold(0.0f32, |most, (a, b)| most.max((a - b).abs())) / largest
 }
 
-/// A plan whose light was swept on the device is that of the processor, and says where it was.
+/// A plan whose light was swept on the device is that of the processor, and says where it was. It is that of a preview: its
+/// few directions are swept on the device as many are, which [`orders_are_those_of_the_processor`] compares.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn plans_are_those_of_the_processor() {
@@ -134,8 +135,7 @@ fn plans_are_those_of_the_processor() {
     assert!(words(&theirs).contains("swept on cpu in"), "{}", words(&theirs));
     let ours = plan(text("0.8"), Some(Arc::new(Ordinates::new(gpu.clone()))));
     assert!(words(&ours).contains(&format!("swept on {} in", gpu.name())), "{}", words(&ours));
-    // Sums of 36 harmonics cancel.
     let wrong = apart(&ours, &theirs);
-    assert!(wrong > 0.0 && wrong < 3e-4, "{wrong:e}");
-    assert!(apart(&ours, &plan(text("0.801"), None)) > 3e-4);
+    assert!(wrong > 0.0 && wrong < 1e-4, "{wrong:e}");
+    assert!(apart(&ours, &plan(text("0.801"), None)) > 1e-4);
 }
