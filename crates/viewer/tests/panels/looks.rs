@@ -1,23 +1,50 @@
 //! The panels as pictures.
 
 use barnard_viewer::app::App;
+use eframe::egui::accesskit::Role;
 use eframe::egui::{Rect, Visuals, vec2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::explorer::{open, settle, viewport};
 
-/// One part of the window as it looked before, and how it looks now.
+/// One part of the window as it looked before, and how it looks now; and whether it can be read.
 fn looks(harness: &mut Harness<App>, name: &str, rect: Rect) {
     let window = harness.render().unwrap();
     let part = image::imageops::crop_imm(&window, rect.left() as u32, rect.top() as u32, rect.width() as u32, rect.height() as u32);
-    egui_kittest::image_snapshot(&part.to_image(), name);
+    let part = part.to_image();
+    is_legible(harness, name, rect, &part);
+    egui_kittest::image_snapshot(&part, name);
+}
+
+/// Texts stand within the window, none over another, and are light enough on their ground (a contrast of 4.5, WCAG 2.1, 1.4.3).
+fn is_legible(harness: &Harness<App>, name: &str, rect: Rect, part: &image::RgbaImage) {
+    let window = harness.ctx.content_rect();
+    let roles = [Role::Button, Role::CheckBox, Role::ComboBox, Role::DisclosureTriangle, Role::Label];
+    let of_role = |role| {
+        harness.query_all_by_role(role).map(|text| (text.accesskit_node().label().or(text.value()).unwrap_or_default(), text.rect()))
+    };
+    let texts: Vec<(String, Rect)> = roles.into_iter().flat_map(of_role).filter(|text| rect.intersects(text.1)).collect();
+    assert!(texts.len() > 2, "{name}: {texts:?}");
+    for (number, (text, place)) in texts.iter().enumerate() {
+        assert!(window.contains_rect(*place), "{name}: {text} at {place} leaves the window");
+        for (other, there) in &texts[number + 1..] {
+            let shared = place.intersect(*there);
+            assert!(shared.width() < 1.0 || shared.height() < 1.0, "{name}: {text} at {place} covers {other} at {there}");
+        }
+    }
+    let luminance = |pixel: &image::Rgba<u8>| {
+        let linear = [0, 1, 2].map(|i| (f64::from(pixel[i]) / 255.0).powf(2.2));
+        0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+    };
+    let (dark, light) = part.pixels().map(luminance).fold((1.0f64, 0.0f64), |(dark, light), own| (dark.min(own), light.max(own)));
+    assert!((light + 0.05) / (dark + 0.05) > 4.5, "{name}: {dark} {light}");
 }
 
 /// The panels, as they look: but for what a clock says.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
-fn panels_look_as_they_did() {
+fn panels_are_legible_and_look_as_they_did() {
     let (_folder, mut harness) = open();
     let centre = viewport(&harness).center();
     harness.hover_at(centre);
