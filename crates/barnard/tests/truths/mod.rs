@@ -321,6 +321,7 @@ position = "0.1 0.2 0.3 pc"
 [background.stars]
 density = "2000 /deg2"
 [method]
+accuracy = 0.05
 bake = 32
 "#
     ));
