@@ -86,7 +86,7 @@ def _unit(values: Any, key: str) -> str | None:
 
 
 def _is_owned(values: Any, array: np.ndarray) -> bool:
-    """Whether nobody can write into the memory of an array but through `values` itself."""
+    """True if nobody can write into the memory of an array but through `values` itself."""
     if not isinstance(values, np.ndarray):
         return False
     base = values.base

@@ -15,7 +15,7 @@ EVEN = 1e-3
 
 
 def is_labelled(values: Any) -> bool:
-    """Whether a value is an array with named dimensions and coordinates, as xarray's DataArray is."""
+    """True if a value is an array with named dimensions and coordinates, as xarray's DataArray is."""
     return hasattr(values, "dims") and hasattr(values, "coords") and hasattr(values, "transpose") and hasattr(values, "attrs")
 
 

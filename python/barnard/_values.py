@@ -46,7 +46,7 @@ def units_of(quantity: str) -> list[str]:
 
 
 def has_unit(value: Any) -> bool:
-    """Whether a value knows its unit, as those of astropy and unyt do."""
+    """True if a value knows its unit, as those of astropy and unyt do."""
     return hasattr(value, "to_value")
 
 

@@ -86,7 +86,7 @@ class Plan:
 
     @property
     def misses_accuracy(self) -> bool:
-        """Whether pilot rays found a larger error than was asked for."""
+        """True if pilot rays found a larger error than was asked for."""
         return self._plan.misses_accuracy
 
     @property
@@ -135,7 +135,7 @@ class Plan:
             return self._render(scene, plan, listener)
 
     def _check(self, camera: Any) -> bool:
-        """Whether a camera is another than that of the plan; refuses a scene that has changed."""
+        """True if a camera is another than that of the plan; refuses a scene that has changed."""
         before, now = dict(self._tree), self._owner._tree(camera)
         own, other = [[tree.pop(part, None) for part in PASSED] for tree in (before, now)]
         changed = _changed(before, now)

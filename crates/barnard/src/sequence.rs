@@ -227,7 +227,7 @@ impl Held {
     }
 }
 
-/// Whether a display leaves levels to be found from the picture.
+/// True if a display leaves levels to be found from the picture.
 fn is_open(display: &Display) -> bool {
     display.balance || display.white == Level::Auto
 }

@@ -35,7 +35,7 @@ fn squares<'a>(film: &'a path::Film, truth: &'a Image, band: usize) -> impl Iter
     own.zip(truth.band(band)).map(|(e, t)| if e.mean == t { 0.0 } else { ((e.mean - t) / e.error()).powi(2) })
 }
 
-/// How far a χ² of so many degrees of freedom is above its mean, in its standard deviations (Wilson & Hilferty 1931).
+/// Deviation of a χ² with `freedom` degrees of freedom from its mean, in standard deviations (Wilson & Hilferty 1931).
 fn deviations(chi_squared: f64, freedom: f64) -> f64 {
     let spread = 2.0 / (9.0 * freedom);
     ((chi_squared / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()

@@ -16,7 +16,7 @@ use barnard_files::formats::{Writer, check_writable, writer};
 const EYE: &str = "%V";
 const EYES: [&str; 2] = ["left", "right"];
 
-/// Whether the standard output is a picture.
+/// True if the standard output is a picture.
 pub static IS_PICTURE: AtomicBool = AtomicBool::new(false);
 
 /// The name behind a format that stands for the standard output, as in `png:-`.

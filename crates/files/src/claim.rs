@@ -45,13 +45,13 @@ impl Claim {
         }
     }
 
-    /// Whether a lock keeps others from claiming the same: some file systems know none.
+    /// True if a lock keeps others from claiming the same: some file systems know none.
     pub fn is_locked(&self) -> bool {
         self.lock.is_some()
     }
 }
 
-/// How often a claim is tried that others take away meanwhile.
+/// Attempts at a claim that other processes remove meanwhile.
 const TRIES: usize = 100;
 
 /// The file whose lock is the claim.
@@ -67,7 +67,7 @@ impl Drop for Claim {
     }
 }
 
-/// Whether an open file is the one at a path.
+/// True if an open file is the one at a path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;

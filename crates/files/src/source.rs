@@ -168,7 +168,7 @@ fn open_limited(path: &Path, limit: u64) -> Result<(File, u64)> {
     Ok((file, length))
 }
 
-/// Whether a path is a pipe, a terminal or a device: what can be read once, from its beginning.
+/// True if a path is a pipe, a terminal or a device: what can be read once, from its beginning.
 pub(crate) fn is_stream(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }

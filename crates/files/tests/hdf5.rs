@@ -279,7 +279,7 @@ fn places_are_read() {
     }
 }
 
-/// How many parsecs a unit is.
+/// Length of a unit in parsecs.
 fn parsecs(unit: &str) -> f64 {
     use spectra::units::{Length, Quantity};
     Length::unit_size(unit).unwrap()

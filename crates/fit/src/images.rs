@@ -160,7 +160,7 @@ impl Images {
         Ok(scene)
     }
 
-    /// Whether a free parameter changes the amount of dust of an image's scene.
+    /// True if a free parameter changes the amount of dust of an image's scene.
     ///
     /// # Errors
     /// When the user wishes to stop.

@@ -19,7 +19,7 @@ impl Marched {
         Self { image, densities: densities(scene), plates }
     }
 
-    /// Whether they are of an image's scene, of some amount of dust; spectra may be others.
+    /// True if they are of an image's scene, of some amount of dust; spectra may be others.
     pub fn are_of(&self, image: usize, scene: &Scene, amount: f64) -> bool {
         let (own, theirs) = (&self.densities, densities(scene));
         let same = own.len() == theirs.len() && own.iter().zip(&theirs).all(|(own, theirs)| Arc::ptr_eq(own, theirs));

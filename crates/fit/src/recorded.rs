@@ -12,7 +12,7 @@ use barnard_files::formats::{Observed, Plane, Sky, sky_of};
 use crate::observation::Assumed;
 use crate::solve::Measured;
 
-/// How far pixels of data may lie from those of the model, in pixels.
+/// Position tolerance between pixels of data and model, in pixels.
 const APART: f64 = 0.05;
 
 /// What a scene's instrument makes of its picture in endless frames; the picture where it has none.
@@ -30,7 +30,7 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// Whether a pixel is one of a band, and not one between those of a mosaic.
+    /// True if a pixel is one of a band, and not one between those of a mosaic.
     pub fn sees(&self, band: usize, pixel: usize) -> bool {
         self.exposures.as_ref().is_none_or(|exposures| exposures.sees(band, pixel))
     }

@@ -1,4 +1,4 @@
-//! How long a cube of so many voxels along its edge takes whose stars' light is traced on the device, and on the processor.
+//! Time for a cube of the given number of voxels per edge, with starlight traced on the device, and on the processor.
 //!
 //! `cargo run --release -p barnard-gpu --example ionising_rays -- 64 8`
 

@@ -11,7 +11,7 @@ pub struct Adapter {
     pub name: String,
     /// The interface by which it is reached: Vulkan, Metal or Dx12.
     pub api: String,
-    /// Whether it is a graphics processor, and not software on the processor.
+    /// True if it is a graphics processor, and not software on the processor.
     pub real: bool,
     /// The driver and its version.
     pub driver: String,

@@ -147,7 +147,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Whether the depths of a star can be swept on the device: where neither they nor the dust stand in pages.
+    /// True if the depths of a star can be swept on the device: where neither they nor the dust stand in pages.
     pub fn can_move(&self, star: usize) -> bool {
         let space = &self.volumes.space;
         let is_whole = |channel: &Channel| space.volumes.iter().filter(|v| v.channels.contains(channel)).all(|v| v.pages().is_whole());
@@ -345,7 +345,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Whether any ray must go on.
+    /// True if any ray must go on.
     fn paused(&mut self) -> Result<bool> {
         let [_, paused, late] = self.report()?;
         self.gpu.queue.write_buffer(&self.buffers.report, 4, &[0; 8]);

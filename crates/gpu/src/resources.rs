@@ -32,7 +32,7 @@ pub struct Volumes {
     pub views: Vec<wgpu::TextureView>,
     pub bricks: wgpu::Buffer,
     pub bytes: u64,
-    /// Whether a star is no longer where the space has it.
+    /// True if a star is no longer where the space has it.
     pub moved: bool,
 }
 

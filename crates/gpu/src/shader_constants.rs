@@ -24,7 +24,7 @@ use crate::written_out::{Limits, MOST_TURNS};
 /// Most midpoints of a depth next to a star.
 const MAX_DEPTH_STEPS: f64 = 64.0;
 
-/// Whether rays pause and go on in a later dispatch.
+/// True if rays pause and go on in a later dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pauses {
     /// Rays never pause.

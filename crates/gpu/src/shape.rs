@@ -76,7 +76,7 @@ pub struct Shape {
     pub room: usize,
     /// The number of terms of each band; where bands share them, all stand first.
     pub terms: Vec<usize>,
-    /// Whether bands share their terms, and a ray sums each light at each of them.
+    /// True if bands share their terms, and a ray sums each light at each of them.
     pub shared: bool,
     /// Where the depths of each star that is marched stand among the channels.
     pub star_slots: Vec<usize>,
@@ -95,15 +95,15 @@ pub struct Shape {
     pub scattered_field: Option<usize>,
     /// The number of gathered stars.
     pub many_lights: usize,
-    /// Whether star depths are marched again at every sample.
+    /// True if star depths are marched again at every sample.
     pub star_march: bool,
-    /// Whether dust is noise that is evaluated at every sample.
+    /// True if dust is noise that is evaluated at every sample.
     pub cloud: bool,
     /// Octaves of noise below the voxels.
     pub detail: usize,
     /// Which of the quads that noise changes.
     pub detailed: Vec<bool>,
-    /// Whether segments have a sample in their middle.
+    /// True if segments have a sample in their middle.
     pub middles: bool,
     /// Which of the quads are atlases of pages.
     pub paged: Vec<bool>,
@@ -202,7 +202,7 @@ impl Shape {
         GpuError::too_large("the number of turns in which a ray makes its bands", turns, MOST_RESOLVED, instead)
     }
 
-    /// Whether registers hold all of them, and loops over them are written out.
+    /// True if registers hold all of them, and loops over them are written out.
     pub fn sums_in_registers(&self) -> bool {
         self.shared && self.sums() <= SUMS_IN_REGISTERS && self.terms[0] <= MOST_ENTRIES && self.shining() <= MOST_TURNS
     }
@@ -224,7 +224,7 @@ impl Shape {
         rows.flat_map(|row| row.iter().copied().chain(std::iter::repeat_n(0.0, stride - columns))).collect()
     }
 
-    /// Whether the constants fit into a uniform buffer of any device.
+    /// True if the constants fit into a uniform buffer of any device.
     pub fn constants_are_uniform(&self) -> bool {
         16 * self.constants <= UNIFORM_BYTES
     }

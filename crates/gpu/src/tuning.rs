@@ -5,13 +5,13 @@
 pub struct Tuning {
     /// Rays of a workgroup, across and down.
     pub workgroup: (u32, u32),
-    /// Whether rays jump over empty bricks.
+    /// True if rays jump over empty bricks.
     pub skip_empty: bool,
-    /// Whether rays end where nothing behind can be seen.
+    /// True if rays end where nothing behind can be seen.
     pub end_early: bool,
-    /// Whether rays pause, as they must in software; none: as the adapter needs it.
+    /// True if rays pause, as they must in software; none: as the adapter needs it.
     pub pauses: Option<bool>,
-    /// Whether dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what
+    /// True if dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what
     /// a grid cannot show.
     pub on_the_fly: bool,
 }

@@ -67,7 +67,7 @@ fn turned(by: &dyn RayTracer, factor: f32) -> (Light, Light, Vec<f64>) {
     (clear, light, escaped)
 }
 
-/// How far numbers are apart, in parts of their sum.
+/// Difference of numbers relative to their sum.
 fn apart(a: &[f32], b: &[f32]) -> f64 {
     let sum = |value: &dyn Fn(f64, f64) -> f64| a.iter().zip(b).map(|(a, b)| value(f64::from(*a), f64::from(*b))).sum::<f64>();
     sum(&|a, b| (a - b).abs()) / sum(&|a, _| a)

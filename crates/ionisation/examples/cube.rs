@@ -1,4 +1,4 @@
-//! How long a cube of so many voxels along its edge takes, with so many stars: a clumpy cloud.
+//! Time for a cube of the given numbers of voxels per edge and of stars: a clumpy cloud.
 //!
 //! `cargo run --release -p barnard-ionisation --example cube -- 128 8`
 

@@ -177,7 +177,7 @@ pub enum Diffuse {
 /// How exactly a balance is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
-    /// Whether rates are those of the fits themselves, or between rows of a table.
+    /// True if rates are those of the fits themselves, or between rows of a table.
     pub is_exact: bool,
     /// The relative change at which ionisation and light are taken to have settled, twice that of the temperature \[1\].
     pub settled: f64,
@@ -205,7 +205,7 @@ impl Accuracy {
 pub struct Thermostat {
     /// T \[K\], zero before there is one, and by how much heating was more than cooling there, in parts of their mean.
     last: (Lanes, Lanes),
-    /// How steeply the second fell with ln T when both were last asked.
+    /// Slope of the second over ln T at the last evaluation.
     slope: Lanes,
     /// Changes of ln T that are too small to tell a slope.
     little: f64,

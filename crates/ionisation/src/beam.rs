@@ -27,7 +27,7 @@ pub struct Beam<'a> {
     accuracy: &'a Accuracy,
     /// The solid angle \[sr\].
     pub solid_angle: f64,
-    /// How far it has come \[cm\].
+    /// Distance covered \[cm\].
     pub radius_cm: f64,
     /// Photons that are left, by node \[s⁻¹\].
     pub photons: ByNode,
@@ -35,7 +35,7 @@ pub struct Beam<'a> {
     all: f64,
     /// The gas of the last step, and its light.
     near: Near,
-    /// How long the next step may be \[cm\].
+    /// Length limit of the next step \[cm\].
     next_cm: f64,
     /// The step that it is at.
     attempt: Option<Attempt>,
@@ -47,7 +47,7 @@ pub struct Beam<'a> {
 #[derive(Debug, Clone, Copy)]
 struct Attempt {
     trial: Trial,
-    /// How long it may be at most \[cm\].
+    /// Upper limit of every step \[cm\].
     most_cm: f64,
     /// Ionising photons that come to it \[s⁻¹ cm⁻²\].
     flux: f64,
@@ -62,7 +62,7 @@ struct Near {
     flux: f64,
     /// Photons that it makes \[cm⁻³ s⁻¹\].
     own: [f64; OWN_NODES],
-    /// How steeply heating falls with its temperature.
+    /// Negative slope of heating over temperature.
     slope: f64,
 }
 
@@ -173,7 +173,7 @@ impl<'a> Beam<'a> {
         if self.all > 0.0 { self.light.ionising_of(&self.photons) / self.all } else { 0.0 }
     }
 
-    /// Whether next to nothing of the light is left.
+    /// True if next to nothing of the light is left.
     pub fn is_used_up(&self) -> bool {
         self.light.ionising_of(&self.photons) <= self.accuracy.used_up * self.all
     }

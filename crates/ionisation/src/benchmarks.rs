@@ -63,7 +63,7 @@ impl Row {
         0.5 * (codes[(codes.len() - 1) / 2] + codes[codes.len() / 2])
     }
 
-    /// Whether ours lies within the range, that much wider on both sides \[1\].
+    /// True if ours lies within the range, that much wider on both sides \[1\].
     pub fn is_within(&self, wider: f64) -> bool {
         let [low, high] = self.range();
         (low * (1.0 - wider)..=high * (1.0 + wider)).contains(&self.own)

@@ -40,7 +40,7 @@ pub struct Star<'a> {
     pub light: &'a IonisingLight,
 }
 
-/// How a cloud is solved.
+/// Settings of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Where light of recombinations is absorbed.

@@ -6,7 +6,7 @@ pub enum IonisationError {
     /// The densities are not as many as the voxels.
     #[error("{found} densities for {} x {} x {} voxels: there is one for each, x fastest", dims[0], dims[1], dims[2])]
     Length {
-        /// How many there are.
+        /// Number of values.
         found: usize,
         /// Voxels along x, y and z.
         dims: [usize; 3],
@@ -27,7 +27,7 @@ pub enum IonisationError {
     Abundance {
         /// The element's symbol.
         element: &'static str,
-        /// How many nuclei for one of hydrogen.
+        /// Abundance by number relative to hydrogen.
         value: f64,
     },
     /// Dust that no gas has.

@@ -34,7 +34,7 @@ const OWN: [(f64, bool); 6] =
     [(13.6, true), (24.59, true), (TRIPLET_EV, false), (TWO_PHOTON_EV, false), (STRIPPED_EV, false), (54.42, true)];
 /// That kinetic energy, where cross sections are read \[eV\]: k T at 10⁴ K.
 const KINETIC_EV: f64 = 0.85;
-/// How much longer the ways of the gas's own light are than the way outward, by its depth κ r: κ (1 + DETOUR κ r), (G4) of
+/// Path length of diffuse light relative to the outward path, as a function of its depth κ r: κ (1 + DETOUR κ r), (G4) of
 /// docs/gas.md. Found on spheres whose light goes in all directions (`Sphere::isotropic`): HII40 and PN75 have the same Hβ
 /// to 0.4 % and the same temperature to 0.6 %.
 pub const DETOUR: f64 = 0.5;

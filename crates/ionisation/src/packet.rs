@@ -32,7 +32,7 @@ pub struct Trial {
     pub state: State,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
     pub own: [f64; OWN_NODES],
-    /// How steeply heating, beside cooling, falls with ln T.
+    /// Negative slope of heating over ln T, relative to cooling.
     pub slope: f64,
     /// The flux of the gas's own light, where it is known from elsewhere \[s⁻¹ cm⁻²\]; else it is that of the beam itself.
     pub known: Option<[f64; OWN_NODES]>,
@@ -45,7 +45,7 @@ pub struct Outcome {
     pub state: State,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
     pub own: [f64; OWN_NODES],
-    /// How steeply heating, beside cooling, falls with ln T.
+    /// Negative slope of heating over ln T, relative to cooling.
     pub slope: f64,
     /// Its depth by node \[1\].
     pub depths: ByNode,
@@ -145,7 +145,7 @@ impl<'a> Packet<'a> {
         self.passes[lane] = Some(0);
     }
 
-    /// Whether a lane's step has settled, or will not.
+    /// True if a lane's step has settled, or will not.
     pub fn has_settled(&self, lane: usize) -> bool {
         self.passes[lane].is_some_and(|passes| passes >= LEAST && self.moved[lane] < self.accuracy.settled || passes >= PASSES)
     }

@@ -30,7 +30,7 @@ impl Patch {
         self.face.into()
     }
 
-    /// How often a face has been parted.
+    /// Number of subdivisions of a face.
     pub fn level(self) -> u32 {
         self.level
     }

@@ -15,7 +15,7 @@ const DEEPEST: u32 = 28;
 const ROUNDED: f64 = 5e-8;
 /// The largest area of a beam in parts of a voxel's face \[1\].
 pub const WIDEST: f64 = 1.0;
-/// How far a beam goes on when its light is used up, so that voxels know how much of them is dark \[voxels\].
+/// Distance that a beam is followed after its light is absorbed, so that voxels know how much of them is dark \[voxels\].
 pub const BEYOND: f64 = 3.0;
 
 /// Hears of voxels that the light of one star has gone through, and says whether it is to go on.
@@ -147,7 +147,7 @@ pub struct Way {
     /// Where it meets the next face across each axis, and how far such faces are apart along it \[pc\].
     next: [f64; 3],
     apart: [f64; 3],
-    /// Whether it goes towards higher numbers.
+    /// True if it goes towards higher numbers.
     forward: [bool; 3],
     /// Where it is, and ways that count as none \[pc\].
     pub at: f64,

@@ -69,7 +69,7 @@ struct Transport<'a> {
     others: &'a [f32],
     /// Where it comes.
     lit: &'a Lit,
-    /// How much of it stays.
+    /// Fraction that stays.
     kept: Kept,
     /// The star's photons in a steradian \[s⁻¹ sr⁻¹\], and by node in parts of all.
     photons: f64,
@@ -85,7 +85,7 @@ struct Transport<'a> {
 struct Ray {
     patch: Patch,
     photons: Nodes,
-    /// How far they have come \[pc\], and the voxel that the whole of them met last.
+    /// Distance covered \[pc\], and the last voxel that all of them entered.
     at: f64,
     met: Option<usize>,
 }

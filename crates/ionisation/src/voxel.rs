@@ -52,7 +52,7 @@ impl Voxel {
         Self { opacity: opacity.0, dust: 0.0, own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, depth: 0.0, ionised: 0.0 }
     }
 
-    /// Whether light had come to it.
+    /// True if light had come to it.
     pub(crate) fn is_lit(&self) -> bool {
         self.rate > 0.0
     }

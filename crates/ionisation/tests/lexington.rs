@@ -5,7 +5,7 @@ use ionisation::atoms::Element;
 use ionisation::balance::{Accuracy, Diffuse};
 use ionisation::benchmarks::{BENCHMARKS, Row};
 
-/// How much wider than the codes' own range a line may lie \[1\].
+/// Tolerance of a line beyond the range of the published codes \[1\].
 const WIDER: f64 = 0.1;
 
 /// The lines that lie outside; everything else is asked to be within the codes' own range, Hβ within 3 % of their median.

@@ -200,7 +200,7 @@ impl StarSweep {
         self.layers.iter().map(|layer| (layer.frustum, layer.bricks.clone())).collect()
     }
 
-    /// Whether rays come in through sides of the box, so that a pass must find their entries.
+    /// True if rays come in through sides of the box, so that a pass must find their entries.
     fn has_entries(&self, frustum: usize) -> bool {
         self.relay.has_entries(frustum)
     }

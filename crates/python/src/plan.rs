@@ -34,7 +34,7 @@ impl Plan {
         self.0.spectral().terms()
     }
 
-    /// How far samples of a ray are apart, in words.
+    /// Step length along a ray, in words.
     #[getter]
     fn steps(&self) -> String {
         self.0.stepping().to_string()
@@ -52,7 +52,7 @@ impl Plan {
         self.0.spectral().accuracy
     }
 
-    /// Whether pilot rays found a larger error than was asked for.
+    /// True if pilot rays found a larger error than was asked for.
     #[getter]
     fn misses_accuracy(&self) -> bool {
         self.0.misses_accuracy()

@@ -14,7 +14,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::error::raised;
 use crate::open;
 
-/// How long the calling thread waits between looks at signals.
+/// Interval between signal checks of the calling thread.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// The threads that work; none until somebody works, and in the child of a fork, whose threads stayed behind.

@@ -77,7 +77,7 @@ impl CommonSpan {
         span
     }
 
-    /// Whether so many directions leave less of each star than its fit costs anyway, or than matters.
+    /// True if so many directions leave less of each star than its fit costs anyway, or than matters.
     fn is_enough(&self, kept: usize, accuracy: f64) -> bool {
         let part = |i: usize, s: usize| (self.singular_values[i] * self.right[(i, s)]).powi(2);
         let left = |s: usize| (kept..self.right.nrows()).map(|i| part(i, s)).sum::<f64>().sqrt();

@@ -178,7 +178,7 @@ impl Spectrum {
         Ok(())
     }
 
-    /// Whether it is light as far as can be told at its own points, its lines and in the middle of the visible: finite,
+    /// True if it is light as far as can be told at its own points, its lines and in the middle of the visible: finite,
     /// and nowhere negative.
     pub fn is_light(&self) -> bool {
         let sound = |v: f64| v.is_finite() && v >= 0.0;

@@ -228,7 +228,7 @@ quantity! {
     HitRate("rate of hits", "1.2 /cm2/s") { "/cm2/s" = 1.0, "cm-2 s-1" = 1.0, "/cm2/min" = 1.0 / 60.0 }
 }
 
-/// How a quantity is written.
+/// Notation of a quantity.
 #[derive(Debug, Clone, Copy)]
 pub struct QuantityRow {
     /// The name of the quantity.

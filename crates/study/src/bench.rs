@@ -296,7 +296,7 @@ fn contestants(method: &Method) -> Result<Vec<(String, Method)>> {
     Ok(list)
 }
 
-/// How long a device is kept busy before each frame that is timed \[s\]: one that has idled begins with slow clocks.
+/// Warm-up time of a device before each timed frame \[s\]: one that has idled begins with slow clocks.
 const WARM_UP: f64 = 0.1;
 /// Most bakes of light that is scattered more than once.
 const BAKES: usize = 3;

@@ -22,7 +22,7 @@ pub struct Corner {
 const CELL: u32 = 168;
 const MARGIN: u32 = 14;
 const CAPTION: u32 = 34;
-/// How far a cell reaches \[standard errors\].
+/// Extent of a cell \[standard errors\].
 const REACH: f64 = 3.4;
 /// Distances within which a pair is with a probability of 68.3 and of 95.4 %: −2 ln(1 − p) is their square.
 const WITHIN: [f64; 2] = [1.515, 2.486];

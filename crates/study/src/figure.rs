@@ -13,7 +13,7 @@ use crate::{Result, StudyError};
 pub struct Axis {
     /// What it shows, with its unit.
     pub label: &'static str,
-    /// Whether the axis is logarithmic.
+    /// True if the axis is logarithmic.
     pub log: bool,
 }
 

@@ -19,7 +19,7 @@ use egui_kittest::Harness;
 
 const LIMIT: u64 = 8 << 30;
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/reflection_nebula.toml");
-/// How long previews are counted [s].
+/// Duration of the preview count [s].
 const COUNTED: f64 = 5.0;
 
 /// The edit of a frame, for a star that stood there.

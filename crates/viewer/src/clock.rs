@@ -7,7 +7,7 @@ use crate::flight::Flight;
 pub struct Clock {
     /// The moment \[s\], in whole milliseconds.
     pub time: f64,
-    /// Whether it goes on by itself.
+    /// True if it goes on by itself.
     pub playing: bool,
     /// The view in which a flight begins that has no second key yet.
     pub first: Option<Flight>,

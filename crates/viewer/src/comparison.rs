@@ -46,7 +46,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Whether both pictures are looked at as they are, side by side or with an edge between them.
+    /// True if both pictures are looked at as they are, side by side or with an edge between them.
     pub fn is_of_pictures(&self) -> bool {
         matches!(self.with, With::Recorded | With::Filters(_))
     }

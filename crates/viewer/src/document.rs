@@ -169,7 +169,7 @@ impl Document {
         &self.physics
     }
 
-    /// Whether the scene is known roughly: the document is to be refined.
+    /// True if the scene is known roughly: the document is to be refined.
     pub fn is_rough(&self) -> bool {
         self.scene.is_rough
     }
@@ -238,12 +238,12 @@ impl Document {
         Ok(())
     }
 
-    /// Whether the camera follows keys or a file.
+    /// True if the camera follows keys or a file.
     pub fn has_path(&self) -> bool {
         crate::edit::table(self.toml.as_table(), "camera.path").is_some()
     }
 
-    /// Whether the moment says anything of the camera, so that it is not flown by hand alone.
+    /// True if the moment says anything of the camera, so that it is not flown by hand alone.
     pub fn moves_camera(&self) -> bool {
         self.scene.timeline.as_ref().is_some_and(|timeline| timeline.moves_camera())
     }
@@ -263,7 +263,7 @@ impl Document {
         &self.toml
     }
 
-    /// Whether there is something to save.
+    /// True if there is something to save.
     pub fn is_changed(&self) -> bool {
         self.text != self.saved
     }
@@ -311,12 +311,12 @@ impl Document {
         self.going_on = None;
     }
 
-    /// Whether there is an edit to take back.
+    /// True if there is an edit to take back.
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty()
     }
 
-    /// Whether there is an edit to do again.
+    /// True if there is an edit to do again.
     pub fn can_redo(&self) -> bool {
         !self.future.is_empty()
     }

@@ -73,7 +73,7 @@ impl Export {
         self.control.interrupt();
     }
 
-    /// Whether the export was stopped.
+    /// True if the export was stopped.
     pub fn is_stopped(&self) -> bool {
         self.control.check().is_err()
     }

@@ -28,7 +28,7 @@ struct Held {
     balance: bool,
     /// The levels, with the white that the picture asked for, whatever the scene says.
     tone: Tone,
-    /// Whether that picture had settled.
+    /// True if that picture had settled.
     settled: bool,
 }
 
@@ -72,7 +72,7 @@ impl Exposure {
 }
 
 impl Held {
-    /// Whether little could be seen of a picture by these levels.
+    /// True if little could be seen of a picture by these levels.
     fn is_off(&self, display: &Display, image: &Image) -> bool {
         let Level::Auto = display.white else { return false };
         let own = Display { white: Level::Auto, balance: false, palette: self.tone.palette.clone(), ..display.clone() }.tone(image);

@@ -53,14 +53,14 @@ struct Asked {
     name: String,
     size: (usize, usize),
     entries: Vec<(String, bool)>,
-    /// Whether the dialog was shown yet.
+    /// True if the dialog was shown yet.
     shown: bool,
     /// A file that is there already and that the user was asked about.
     replace: Option<PathBuf>,
 }
 
 impl Files {
-    /// Whether the dialog is open.
+    /// True if the dialog is open.
     pub fn is_open(&self) -> bool {
         self.asked.is_some()
     }

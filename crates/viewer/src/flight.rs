@@ -1,4 +1,4 @@
-//! How the observer moves: around a place, across the view, towards it, and freely.
+//! Motion of the observer: around a place, across the view, towards it, and freely.
 
 use barnard::camera::panorama::Layout;
 use barnard::camera::{Camera, Projection};
@@ -11,7 +11,7 @@ use crate::edit::{Edit, numbers, place_text, rounded};
 
 /// Turns of a drag over the whole width of the view [rad].
 const ORBIT: f64 = std::f64::consts::PI;
-/// How far apart places are one, as a part of the distance: texts round them.
+/// Distance below which places are equal, relative to the viewing distance: texts round them.
 const SAME: f64 = 1e-3;
 /// Closest to and furthest from the middle of motion [pc].
 const REACH: (f64, f64) = (1e-6, 1e8);
@@ -218,7 +218,7 @@ fn centred(camera: &Camera) -> Camera {
     Camera { offset: (0.0, 0.0), ..camera.clone() }
 }
 
-/// How far ahead of a camera the middle of a scene's cloud is \[pc\].
+/// Distance from a camera to the centre of a scene's cloud \[pc\].
 fn distance_to_middle(scene: &Scene, camera: &Camera) -> f64 {
     let bounds = scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()));
     let distance = match bounds {

@@ -17,7 +17,7 @@ pub struct View {
     pub scene: Arc<Scene>,
     /// What its text says beside camera and display: equal texts are one plan.
     pub physics: Arc<str>,
-    /// Whether it is shown as the scene's instrument records the first view, of which it is.
+    /// True if it is shown as the scene's instrument records the first view, of which it is.
     pub recorded: bool,
 }
 
@@ -35,9 +35,9 @@ pub struct Order {
     pub views: Vec<View>,
     /// The camera, in the pixels of the window.
     pub camera: Camera,
-    /// Whether a coarse look is enough, since another order will follow.
+    /// True if a coarse look is enough, since another order will follow.
     pub moving: bool,
-    /// Whether the second view is shown as its difference from the first.
+    /// True if the second view is shown as its difference from the first.
     pub difference: bool,
     /// The number of times that the levels of pictures were asked for anew.
     pub exposure: u64,

@@ -157,7 +157,7 @@ impl Session {
         self.closed = true;
     }
 
-    /// Whether the window has closed in order.
+    /// True if the window has closed in order.
     pub fn is_closed(&self) -> bool {
         self.closed
     }

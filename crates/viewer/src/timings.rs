@@ -1,4 +1,4 @@
-//! How often the window shows something new: what `barnard view --timings` tells.
+//! Rate of new pictures in the window, as printed by `barnard view --timings`.
 
 use std::time::Instant;
 
@@ -11,9 +11,9 @@ pub struct Look {
     pub shown: Option<(u64, Quality)>,
     /// The pixels of the picture, width and height.
     pub size: (usize, usize),
-    /// Whether something moves.
+    /// True if something moves.
     pub moving: bool,
-    /// Whether the picture is the one that `barnard render` makes of all that was asked for.
+    /// True if the picture is the one that `barnard render` makes of all that was asked for.
     pub settled: bool,
     /// When something changed last \[s\].
     pub changed: f64,
@@ -67,7 +67,7 @@ impl Timings {
     }
 }
 
-/// How often something happened.
+/// Event counter.
 struct Pace {
     /// Times a second, in the mean.
     rate: f64,

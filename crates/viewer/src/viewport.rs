@@ -82,7 +82,7 @@ impl Guide {
 pub struct Viewport {
     /// The size in pixels; none before it was shown.
     pub pixels: Option<(usize, usize)>,
-    /// Whether places of stars and the frame of the scene's own picture are drawn.
+    /// True if places of stars and the frame of the scene's own picture are drawn.
     pub overlay: bool,
     /// The frame that is drawn over the picture.
     pub guide: Guide,
@@ -97,7 +97,7 @@ pub struct Viewport {
 }
 
 impl Viewport {
-    /// Whether a hand is on the view.
+    /// True if a hand is on the view.
     pub fn is_moving(&self) -> bool {
         self.hold != Hold::Nothing || self.flying
     }
@@ -375,7 +375,7 @@ pub fn keys(ctx: &Context, app: &mut App) {
     bookmarks(ctx, app);
 }
 
-/// Whether a key was pressed; who asks takes it.
+/// True if a key was pressed; who asks takes it.
 fn is_pressed(ctx: &Context, modifiers: Modifiers, key: Key) -> bool {
     ctx.input_mut(|i| i.consume_key(modifiers, key))
 }

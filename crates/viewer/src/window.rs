@@ -39,7 +39,7 @@ pub struct Start {
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
-    /// Whether it tells on the standard error output how often the window changes.
+    /// True if it tells on the standard error output how often the window changes.
     pub timings: bool,
 }
 

@@ -105,7 +105,7 @@ impl Radiance {
     }
 }
 
-/// How a back end renders a part of a job's light alone.
+/// Rendering of one part of a job's light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PartsBy {
     /// By a plan of which that part shines alone.
@@ -230,7 +230,7 @@ pub trait Backend: Send {
     }
 }
 
-/// Whether a back end renders on a graphics device.
+/// True if a back end renders on a graphics device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DeviceUse {
     /// The back end renders on the processor alone.
@@ -248,9 +248,9 @@ pub struct BackendEntry {
     pub name: &'static str,
     /// What it is, in one line.
     pub summary: &'static str,
-    /// Whether it reads the job's plan, and not the scene itself.
+    /// True if it reads the job's plan, and not the scene itself.
     pub planned: bool,
-    /// Whether it renders on a graphics device, for programs that have one open.
+    /// True if it renders on a graphics device, for programs that have one open.
     pub device: DeviceUse,
     /// Makes one, with what it is set to where nothing is said.
     pub open: fn(&Scene) -> Result<Box<dyn Backend>>,

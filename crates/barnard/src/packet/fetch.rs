@@ -20,7 +20,7 @@ use super::track::{CellsHeld, Track};
 pub struct Cursor<'a> {
     volume: &'a Volume,
     track: Track,
-    /// Whether cells are read for all rays that are in them.
+    /// True if cells are read for all rays that are in them.
     shares_cells: bool,
 }
 

@@ -8,13 +8,13 @@ use super::track::Track;
 use crate::stored::Stored;
 use crate::volume::Volume;
 
-/// How far apart rays may be, in voxels along all axes together: farther apart they are in so many cells that each lane
+/// Largest separation of rays, in voxels summed over the axes: farther apart they are in so many cells that each lane
 /// is read faster for itself (measured with five to eight channels; with fewer it always is).
 const FARTHEST: f32 = 2.0;
 /// What stands in place of a cell's number for lanes that have been read.
 const DONE: u32 = u32::MAX;
 
-/// Whether rays, at a distance `t` of each, are close enough.
+/// True if rays, at a distance `t` of each, are close enough.
 pub(super) fn are_worthwhile(volume: &Volume, track: &Track, t: &Lane) -> bool {
     volume.channels.len() > 4 && volume.pages.voxels() < DONE as usize && track.extent(t) <= FARTHEST
 }

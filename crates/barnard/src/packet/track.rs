@@ -60,7 +60,7 @@ impl Track {
         cells
     }
 
-    /// How far apart the rays are at a distance `t` of each, in cells along all axes together.
+    /// Separation of the rays at a distance `t`, in cells summed over the axes.
     pub fn extent(&self, t: &Lane) -> f32 {
         let of_axis = |axis: usize| {
             let place = |lane: usize| fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);

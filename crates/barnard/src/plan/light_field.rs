@@ -35,7 +35,7 @@ pub struct LightField {
     pub volumes: Vec<Volume>,
     /// ∫ R k ω Q_j P dλ/(4π) [band][element × polynomial].
     pub resolution: Vec<Vec<f64>>,
-    /// Whether the scene's phase function was left out, since the field scatters evenly.
+    /// True if the scene's phase function was left out, since the field scatters evenly.
     pub isotropic_instead: bool,
     /// The number of each star among the lights.
     lights: Vec<usize>,

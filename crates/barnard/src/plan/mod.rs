@@ -90,7 +90,7 @@ pub const END_SHARE: f32 = 0.02;
 pub const END_DEPTH: f32 = 3.0;
 
 impl Plan {
-    /// Whether another is the same plan, seen by the same camera: whatever is large must be shared, not equal.
+    /// True if another is the same plan, seen by the same camera: whatever is large must be shared, not equal.
     pub fn is(&self, other: &Self) -> bool {
         fn same<T: ?Sized>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
             match (a, b) {
@@ -180,7 +180,7 @@ impl Plan {
         plan
     }
 
-    /// Whether a light shines.
+    /// True if a light shines.
     pub(crate) fn shines(&self, light: usize) -> bool {
         self.shining.as_ref().is_none_or(|shining| shining[light])
     }

@@ -1,4 +1,4 @@
-//! How far the samples of a ray are apart.
+//! Step lengths along a ray.
 
 /// The spacing of the samples on a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +13,7 @@ pub enum Stepping {
 }
 
 impl Stepping {
-    /// Whether segments have a sample in their middle.
+    /// True if segments have a sample in their middle.
     pub fn has_middles(self) -> bool {
         matches!(self, Stepping::Paired(_))
     }

@@ -73,7 +73,7 @@ pub struct Record {
     pub nodes: Vec<Node>,
     /// The shortest wavelength and the longest that they are made for \[µm\].
     pub range_um: (f64, f64),
-    /// Whether light scatters more than once, so that what is left at the nodes is no sum of exponentials.
+    /// True if light scatters more than once, so that what is left at the nodes is no sum of exponentials.
     pub scatters_again: bool,
     /// A plate for each light that is not seen as points.
     pub plates: Vec<Plate>,
@@ -409,7 +409,7 @@ impl Plates {
     }
 }
 
-/// How many times as much of a light there is where there is so many times the dust.
+/// Factor of a light for a factor of the dust.
 fn times(amount: f64, route: Route) -> f64 {
     if matches!(route, Route::Scattered { .. }) { amount } else { 1.0 }
 }
@@ -432,7 +432,7 @@ fn phases(scene: &Scene) -> Vec<Factor> {
     phase.iter().flat_map(|phase| (0..=ANGLES).map(|i| under(phase, i))).collect()
 }
 
-/// Whether a light is seen in all pixels, and not as a point.
+/// True if a light is seen in all pixels, and not as a point.
 fn is_extended(route: Route) -> bool {
     matches!(route, Route::Scattered { .. } | Route::Emitted { .. } | Route::Background)
 }

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::light::law;
 use crate::scene::{Method, Scene};
 
-/// How far plates reach beyond the passbands of their scene, as a part of wavelengths.
+/// Reach of plates beyond the passbands of their scene, relative to the wavelength.
 const BEYOND: f64 = 0.1;
 
 /// What plates serve beside the spectra of the scene that they are made of.

@@ -112,7 +112,7 @@ pub struct ChannelMut<'a> {
     pub slot: usize,
 }
 
-/// How far from a voxel's centre a place stands for it \[voxels\].
+/// Largest distance from a voxel's centre at which a place represents the voxel \[voxels\].
 const ON_FACE: f64 = 1e-6;
 
 /// More channels than this are put into another volume: the march reads them together.
@@ -160,7 +160,7 @@ impl Volume {
         Self { part: Some(VolumePart { whole: with_layer(&doubled(whole)), first }), ..self }
     }
 
-    /// How the values are stored.
+    /// Storage precision of the values.
     pub fn precision(&self) -> Precision {
         match self.values {
             Values::Single(_) => Precision::Single,

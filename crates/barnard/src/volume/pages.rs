@@ -50,7 +50,7 @@ impl Pages {
         Self { cells: [PAGE; 3], counts, slots, firsts, empty: 1 }
     }
 
-    /// Whether there is one page for all.
+    /// True if there is one page for all.
     #[inline(always)]
     pub fn is_whole(&self) -> bool {
         self.empty == 0
@@ -90,7 +90,7 @@ impl Pages {
         self.size() * self.count()
     }
 
-    /// Whether the page of a cell is held.
+    /// True if the page of a cell is held.
     pub fn holds(&self, cell: [usize; 3]) -> bool {
         self.is_whole() || self.number(cell) >= self.size()
     }

@@ -69,7 +69,7 @@ pub struct Convert {
     /// Mass of the gas per hydrogen nucleus in hydrogen atoms, for mass densities such as g/cm3: 1.4 for solar abundances
     #[arg(long, value_name = "NUMBER")]
     mass_per_h: Option<f64>,
-    /// How values are kept, in blocks of which empty ones take no memory: single, half or byte
+    /// Storage precision in sparse blocks: single, half or byte
     #[arg(long, value_name = "KIND")]
     storage: Option<String>,
     /// Every value is multiplied by it

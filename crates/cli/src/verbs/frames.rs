@@ -121,7 +121,7 @@ pub struct Shoot<'a> {
 }
 
 impl FrameArgs {
-    /// Whether frames are asked for.
+    /// True if frames are asked for.
     pub fn is_asked(&self) -> bool {
         self.frames.is_some()
     }
@@ -210,7 +210,7 @@ fn time_left(seconds: f64) -> String {
 }
 
 impl Shoot<'_> {
-    /// Whether each frame has files of its own.
+    /// True if each frame has files of its own.
     fn are_numbered(&self) -> bool {
         self.outputs.iter().all(|path| named(path, 0).is_some())
     }

@@ -84,7 +84,7 @@ impl Info {
 }
 
 impl Info {
-    /// How a scene would understand a file of text, a table or a picture.
+    /// Interpretation of a text file, table or picture by a scene.
     fn understood(&self, path: &Path, limit: u64) -> anyhow::Result<ExitCode> {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let files = SceneFiles::in_folder(path.parent().unwrap_or(Path::new("")));
@@ -114,7 +114,7 @@ impl Info {
     }
 }
 
-/// Whether the members of a FITS file are tables of columns, and none is an image.
+/// True if the members of a FITS file are tables of columns, and none is an image.
 fn holds_tables_alone(members: &[Member]) -> bool {
     let kinds = || members.iter().flat_map(|member| &member.facts).filter(|(what, _)| *what == "kind").map(|(_, kind)| kind);
     kinds().any(|kind| kind.contains("is a table")) && !kinds().any(|kind| kind.starts_with("image"))

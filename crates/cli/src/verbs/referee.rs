@@ -36,12 +36,12 @@ pub struct Referee {
 const MAX: u64 = 1 << 40;
 
 impl Referee {
-    /// Whether any of the settings was given.
+    /// True if any of the settings was given.
     pub fn is_asked(&self) -> bool {
         self.samples.is_some() || self.target_error.is_some() || self.seed.is_some() || self.state.is_some()
     }
 
-    /// Whether sums of paths are kept for a later run.
+    /// True if sums of paths are kept for a later run.
     pub fn keeps_sums(&self) -> bool {
         self.state.is_some()
     }

@@ -42,7 +42,7 @@ impl View {
         Self { scene: None, builtin: None, backend: "auto".into(), memory: 16.0, timings: false }
     }
 
-    /// Whether there is a screen to open a window on.
+    /// True if there is a screen to open a window on.
     pub fn is_possible() -> bool {
         let named = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
         cfg!(any(target_os = "macos", target_os = "windows")) || named("DISPLAY") || named("WAYLAND_DISPLAY")

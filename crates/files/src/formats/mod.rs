@@ -131,7 +131,7 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Whether the reader is for files named like `path`.
+    /// True if the reader is for files named like `path`.
     pub fn is_for(&self, path: &Path) -> bool {
         self.extensions.contains(&extension(path).as_str())
     }
@@ -161,9 +161,9 @@ pub struct Writer {
     pub extension: &'static str,
     /// What it writes, in one line.
     pub summary: &'static str,
-    /// Whether it is what a display shows, and no radiance.
+    /// True if it is what a display shows, and no radiance.
     pub is_picture: bool,
-    /// Whether it holds the layers of an image.
+    /// True if it holds the layers of an image.
     pub has_layers: bool,
     /// The image as the bytes of a file.
     pub encode: fn(&Image) -> Result<Vec<u8>>,

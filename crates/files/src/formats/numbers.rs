@@ -9,7 +9,7 @@ use super::Kept;
 pub struct Stored {
     /// What the numbers are.
     pub kind: Number,
-    /// Whether the highest byte comes first.
+    /// True if the highest byte comes first.
     pub big_endian: bool,
 }
 
@@ -45,7 +45,7 @@ impl Stored {
         }
     }
 
-    /// Whether single precision holds every number of the type.
+    /// True if single precision holds every number of the type.
     pub fn is_single(self) -> bool {
         match self.kind {
             Number::Int(size) | Number::Uint(size) => size <= 2,

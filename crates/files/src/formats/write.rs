@@ -112,7 +112,7 @@ fn sweep(folder: &Path, start: &str) {
     }
 }
 
-/// Whether a process no longer runs; where a system does not tell, it may have ended.
+/// True if a process no longer runs; where a system does not tell, it may have ended.
 fn is_gone(process: u32) -> bool {
     Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{process}")).exists()
 }

@@ -145,7 +145,7 @@ impl Channels {
         self.keys.iter().fold((f64::INFINITY, 0.0), |(first, last): (f64, f64), t| (first.min(*t), last.max(*t)))
     }
 
-    /// How a node stands in the frame of its parent at a moment.
+    /// Transform of a node relative to its parent at a moment.
     fn local(&self, node: &Node, time: f64) -> DMat4 {
         let (place, turn, scale) = node.transform().decomposed();
         let wide = |v: f32| f64::from(v);

@@ -71,7 +71,7 @@ pub struct Fitted {
     pub covariance: DMatrix<f64>,
     /// By how much each may be wrong since the model is, at most.
     pub floor: Vec<f64>,
-    /// Whether the model is linear in each, together with the others that it is linear in.
+    /// True if the model is linear in each, together with the others that it is linear in.
     pub linear: Vec<bool>,
     /// Σ r² of the data, and their number.
     pub chi2: (f64, usize),
@@ -79,9 +79,9 @@ pub struct Fitted {
     pub prediction: Prediction,
     /// Standard errors by which data were weighed.
     pub sigma: Vec<f64>,
-    /// How often the model was asked.
+    /// Number of model evaluations.
     pub evaluations: usize,
-    /// Whether steps became small.
+    /// True if steps became small.
     pub converged: bool,
     /// The parameters that these data cannot tell apart.
     pub degenerate: Vec<usize>,
@@ -127,7 +127,7 @@ const FAR: f64 = 3.0;
 /// The step by which linearity is tried, and the change of a change that is none.
 const TRIED: f64 = 0.05;
 const LINEAR: f64 = 2e-3;
-/// How many times as large a step is tried where the smaller one changes nothing.
+/// Factor by which a step grows if the smaller one changes nothing.
 const LARGER: [f64; 3] = [1e2, 1e4, 1e6];
 /// What pictures in single precision are rounded by, as a part of the brightest of the data.
 const ROUNDED: f64 = 5e-7;
@@ -140,7 +140,7 @@ const SEARCHES: usize = 4;
 /// Rounds of weights, and the change in standard errors from which on they stay.
 const ROUNDS: usize = 6;
 const STAYS: f64 = 0.02;
-/// How far from a bound a parameter is at it, as a part of the scale.
+/// Distance at which a parameter counts as at its bound, relative to its scale.
 const AT_BOUND: f64 = 1e-9;
 
 /// Fits the parameters of a model to data, from `start` on.
@@ -373,7 +373,7 @@ impl Fitting<'_> {
         Ok(linear)
     }
 
-    /// Whether the model takes a parameter below zero.
+    /// True if the model takes a parameter below zero.
     fn can_be_negative(&mut self, i: usize, values: &[f64]) -> Result<bool> {
         let mut below = values.to_vec();
         below[i] = -self.scale(i, values[i]);

@@ -120,7 +120,7 @@ struct Problem<'a, 'b> {
     at: DVector<f64>,
     /// The last values at which the model could be asked; none once the fit has failed.
     now: Option<Projected>,
-    /// Whether the model cannot be asked where the search is.
+    /// True if the model cannot be asked where the search is.
     refused: bool,
     fitting: RefCell<&'a mut Fitting<'b>>,
     ways: Vec<(usize, Way)>,

@@ -20,15 +20,15 @@ use crate::tables::QuadList;
 pub struct FormEntry {
     /// The name of the form.
     pub name: &'static str,
-    /// Whether a rule's form is this one.
+    /// True if a rule's form is this one.
     pub of: fn(&Form) -> bool,
     /// The text of the functions `accumulate` and `left`.
     pub wgsl: &'static str,
     /// Heads of tables for each light.
     pub heads: Heads,
-    /// Whether `left` knows what is left behind a depth, so that rays can end early.
+    /// True if `left` knows what is left behind a depth, so that rays can end early.
     pub bounded: bool,
-    /// Whether `accumulate` is so short that it is written out for each star.
+    /// True if `accumulate` is so short that it is written out for each star.
     pub is_short: bool,
     /// Turns of loops for a segment.
     pub turns: Turns,

@@ -8,7 +8,7 @@ use barnard::plan::{Options, Plan, Stepping};
 use barnard::scene::Scene;
 use barnard_gpu::{Gpu, Renderer, Tuning};
 
-/// How far pictures of so many samples a voxel may differ: 16-bit volumes, the device's own interpolation, and what
+/// Tolerance between pictures with the given number of samples per voxel: 16-bit volumes, the device's own interpolation, and what
 /// finite steps still cost.
 pub const TOLERANCE: f64 = 1e-3;
 

@@ -46,7 +46,7 @@ pub struct Source {
 pub struct Follow {
     /// The temperature of the gas \[K\].
     pub temperature: f64,
-    /// Whether recombinations to the ground level send out photons; else those are absorbed on the spot.
+    /// True if recombinations to the ground level send out photons; else those are absorbed on the spot.
     pub is_diffuse: bool,
     /// Photons of a round, and rounds.
     pub photons: u64,

@@ -82,7 +82,7 @@ impl Clump {
         is_beside_clump && (along < 0.0 || beside > 1.5 * RADIUS_PC * along / STAR.place.length())
     }
 
-    /// How far a voxel is from the star along the axis through the clump, and from that axis \[pc\].
+    /// Position of a voxel along the axis from the star through the clump, and its distance from that axis \[pc\].
     fn beside_axis(&self, voxel: usize) -> (f64, f64) {
         let (way, axis) = (self.place(voxel) - STAR.place, -STAR.place.normalize());
         let along = way.dot(axis);

@@ -12,7 +12,7 @@
 //!
 //! Before the first key and behind the last one values stay as they are there.
 
-/// How values go from key to key.
+/// Interpolation between keyframes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
     /// Smoothly through all keys, beyond them where that is smoother.

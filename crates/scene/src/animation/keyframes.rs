@@ -37,7 +37,7 @@ pub(super) struct Vector {
     pub name: &'static str,
     /// Columns of a file.
     columns: &'static [&'static str],
-    /// Whether it is a place, with a unit of length.
+    /// True if it is a place, with a unit of length.
     is_place: bool,
 }
 
@@ -262,7 +262,7 @@ impl Columns {
         wrong(&self.file, line, key, message)
     }
 
-    /// Whether the cell says nothing.
+    /// True if the cell says nothing.
     fn is_empty(&self, cells: &[String], column: &Column) -> bool {
         cells.get(column.index).is_none_or(String::is_empty)
     }

@@ -142,12 +142,12 @@ impl Timeline {
         Ok(Some(Self { path, tracks, frames, solved_every: Arc::default() }))
     }
 
-    /// Whether the camera follows a path.
+    /// True if the camera follows a path.
     pub fn has_path(&self) -> bool {
         self.path.is_some()
     }
 
-    /// Whether anything of the camera changes, by a path or by tracks.
+    /// True if anything of the camera changes, by a path or by tracks.
     pub fn moves_camera(&self) -> bool {
         self.has_path() || self.tracks.iter().any(|(place, ..)| place.split(['.', '[']).next() == Some("camera"))
     }

@@ -41,7 +41,7 @@ const LENGTH_PARTS: usize = 256;
 /// Parts of the way in all.
 const ALL_PARTS: usize = 1 << 20;
 
-/// How the camera moves.
+/// Camera motion.
 #[derive(Debug, Clone)]
 pub(super) struct CameraPath {
     /// Places \[pc\], directions and quaternions, by the names of the keys.

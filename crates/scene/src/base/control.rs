@@ -63,7 +63,7 @@ impl Control {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work was interrupted: what is worked out from now on is thrown away, and may be anything.
+    /// True if the work was interrupted: what is worked out from now on is thrown away, and may be anything.
     pub fn interrupted(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

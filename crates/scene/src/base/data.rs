@@ -19,7 +19,7 @@ pub struct Array {
     pub shape: [usize; 3],
     /// The values, in the file's order.
     pub data: Numbers,
-    /// Whether the first index runs fastest.
+    /// True if the first index runs fastest.
     pub fortran: bool,
 }
 
@@ -46,9 +46,9 @@ pub struct Part {
     pub ranges: [Range<usize>; 3],
     /// So many elements along each axis become one, their mean; what is missing at the upper ends counts as zero.
     pub every: usize,
-    /// Whether elements that are negative or no numbers count as zero.
+    /// True if elements that are negative or no numbers count as zero.
     pub clip: bool,
-    /// How they become blocks of a grid, where they do.
+    /// Conversion to blocks of a grid, if any.
     pub blocking: Option<Blocking>,
 }
 
@@ -58,7 +58,7 @@ impl Part {
         std::array::from_fn(|axis| self.ranges[axis].len().div_ceil(self.every))
     }
 
-    /// Whether this is all of an array, as it is.
+    /// True if this is all of an array, as it is.
     pub fn is_whole(&self, shape: [usize; 3]) -> bool {
         self.every == 1 && !self.clip && self.blocking.is_none() && (0..3).all(|axis| self.ranges[axis] == (0..shape[axis]))
     }
@@ -99,7 +99,7 @@ impl<T> Shared<T> {
         Self(Arc::new(owner))
     }
 
-    /// Whether another is the same memory.
+    /// True if another is the same memory.
     pub fn is(&self, other: &Self) -> bool {
         std::ptr::eq::<[T]>(&**self, &**other)
     }
@@ -149,9 +149,9 @@ pub struct Frame {
     pub unit: Option<String>,
     /// The axes in the order of the array's indices, where their steps are known.
     pub axes: [Option<Axis>; 3],
-    /// Whether the steps of the axes came of a box along x, y and z, and hold in this order of them alone.
+    /// True if the steps of the axes came of a box along x, y and z, and hold in this order of them alone.
     pub is_by_letter: bool,
-    /// Whether there is nothing beyond the array, rather than something that the file does not have.
+    /// True if there is nothing beyond the array, rather than something that the file does not have.
     pub is_sparse: bool,
     /// What those are that the file says to be no lengths, such as "velocity (CTYPE3 VRAD)".
     pub others: [Option<String>; 3],
@@ -244,20 +244,20 @@ pub struct Inputs {
     source: Arc<dyn DataSource>,
     /// Most bytes that one array or image may take.
     pub memory_limit: u64,
-    /// Whether what takes long is made roughly.
+    /// True if what takes long is made roughly.
     pub is_rough: bool,
-    /// How files were understood; clones share it.
+    /// Log of the interpretation of files; clones share it.
     notes: Arc<Mutex<Vec<InputNote>>>,
 }
 
-/// How a file of a scene was understood.
+/// Interpretation of a file of a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputNote {
     /// The file, as the scene names it.
     pub file: String,
     /// Its quantity, units, range and count, in one line.
     pub text: String,
-    /// Whether something of it was inferred, since neither the file nor the scene states it.
+    /// True if something of it was inferred, since neither the file nor the scene states it.
     pub is_inferred: bool,
 }
 
@@ -287,7 +287,7 @@ impl Inputs {
         }
     }
 
-    /// How the files read so far were understood.
+    /// Interpretations of the files that were read so far.
     pub fn notes(&self) -> Vec<InputNote> {
         self.notes.lock().map(|notes| notes.clone()).unwrap_or_default()
     }

@@ -70,12 +70,12 @@ impl Bounds {
         self.high - self.low
     }
 
-    /// Whether `p` lies inside or on the border.
+    /// True if `p` lies inside or on the border.
     pub fn contains(&self, p: DVec3) -> bool {
         p.cmpge(self.low).all() && p.cmple(self.high).all()
     }
 
-    /// Whether `p` lies inside or on a lower border: of boxes side by side, one holds it.
+    /// True if `p` lies inside or on a lower border: of boxes side by side, one holds it.
     #[inline(always)]
     pub fn holds(&self, p: DVec3) -> bool {
         p.cmpge(self.low).all() && p.cmplt(self.high).all()

@@ -70,7 +70,7 @@ pub fn unit(largest: f32) -> f32 {
     if largest > 0.0 { 2f32.powi(exponent.clamp(-120, 120)) } else { 1.0 }
 }
 
-/// How the values of a volume are stored.
+/// Storage precision of a volume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Precision {
     /// Four bytes a value.

@@ -45,11 +45,11 @@ impl Default for Detector {
     }
 }
 
-/// How many standard deviations of reading a full pixel may be below its well.
+/// Margin of a full pixel below its full well, in standard deviations of the read noise.
 const READINGS: f64 = 6.0;
-/// How many of them a well holds at least.
+/// Smallest full well, in the same unit.
 const LEAST_WELL: f64 = 8.0;
-/// How many of them the bias of an empty pixel is above zero.
+/// Bias of an empty pixel above zero, in the same unit.
 const BIAS: f64 = 6.0;
 /// Means beyond this have no Poisson numbers: their noise is far below a count's part of them.
 const COUNTABLE: f64 = 1e12;

@@ -1,4 +1,4 @@
-//! How a detector lies on a picture: pixels, solid angles, the passbands of a mosaic.
+//! Layout of a detector on a picture: pixels, solid angles, the passbands of a mosaic.
 
 use spectra::passband::Passband;
 
@@ -59,13 +59,13 @@ impl Pixels {
     }
 }
 
-/// How much finer than the picture's a pixel of the detector may be: rounding of a scale that is meant to be the same.
+/// Largest ratio of picture pixels to detector pixels: rounding of a scale that is meant to be the same.
 const SAME: f64 = 1e-6;
 
 /// Pixels that cosmic rays may hit in all frames together.
 const MOST_CHARGES: f64 = 1e8;
 
-/// How a detector lies on a picture.
+/// Layout of a detector on a picture.
 pub(super) struct Layout {
     pub below: Pixels,
     pub pixels: Pixels,

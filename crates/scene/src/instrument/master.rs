@@ -27,7 +27,7 @@ pub enum Flag {
     Bad = 4,
 }
 
-/// How many standard deviations apart a frame is left out.
+/// Rejection threshold of a frame, in standard deviations.
 const APART: f64 = 5.0;
 /// The variance that numbers of few electrons are given at least \[e²\].
 const LEAST: f64 = 1.0;
@@ -79,7 +79,7 @@ impl Exposures {
         Image { bands: self.with_errors(), samples, ..self.header.clone() }
     }
 
-    /// Whether a pixel of the detector sees a band: all do but those of a mosaic.
+    /// True if a pixel of the detector sees a band: all do but those of a mosaic.
     pub fn sees(&self, band: usize, pixel: usize) -> bool {
         self.mosaic.is_none() || self.band_of(0, pixel) == band
     }

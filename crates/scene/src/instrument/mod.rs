@@ -69,11 +69,11 @@ pub struct Instrument {
     pub pixel_rad: Option<f64>,
     /// The passbands of the catalogue that it has; none: all.
     pub filters: &'static [Filters],
-    /// Whether it is asked for passbands that it does not have.
+    /// True if it is asked for passbands that it does not have.
     pub allow_foreign_filters: bool,
-    /// How bright the sky is.
+    /// Sky brightness.
     pub sky: Sky,
-    /// Whether the master is without the sky's mean.
+    /// True if the master is without the sky's mean.
     pub subtract_sky: bool,
     /// The detector.
     pub detector: Detector,
@@ -133,7 +133,7 @@ impl Instrument {
         Self { pixel_rad: self.pixel_rad.map(|pixel| pixel * edge), detector, ..self }
     }
 
-    /// Whether another spreads and gathers the same light, however it records it.
+    /// True if another spreads and gathers the same light, however it records it.
     pub fn sees_like(&self, other: &Self) -> bool {
         let light = |own: &Self| {
             let name = String::new();

@@ -1,4 +1,4 @@
-//! How bright the sky is.
+//! Sky brightness.
 
 use spectra::passband::Passband;
 
@@ -119,7 +119,7 @@ fn nearest(named: &[(&str, f64)], band: &Passband) -> f64 {
     named.iter().min_by(|a, b| apart(a.0).total_cmp(&apart(b.0))).map_or(f64::INFINITY, |(_, magnitude)| *magnitude)
 }
 
-/// How much fainter zodiacal light is at a wavelength \[µm\] than at V, in AB magnitudes.
+/// Zodiacal light at a wavelength \[µm\] relative to V, in AB magnitudes (positive is fainter).
 fn zodiacal_colour(lambda_um: f64) -> f64 {
     // Per frequency, linear in both logarithms.
     let per_frequency = |lambda: f64| {

@@ -184,7 +184,7 @@ fn place_of(direction: DVec3, camera: &Camera) -> Option<(f64, f64)> {
     camera.project(camera.position + SKY_PC * direction).filter(|place| touches(camera, *place))
 }
 
-/// Whether a source at a place touches the image. In a part of an image of all around it may do so from across a seam.
+/// True if a source at a place touches the image. In a part of an image of all around it may do so from across a seam.
 fn touches(camera: &Camera, (column, row): (f64, f64)) -> bool {
     let margin = PSF_RADIUS as f64;
     let is_near = column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;

@@ -54,7 +54,7 @@ pub struct StarCatalogue {
     pub classes: Vec<StarClass>,
     /// The stars.
     pub stars: Vec<CatalogueStar>,
-    /// How many stars have a colour that no black body of the ladder has, and were given the nearest.
+    /// Number of stars whose colour is outside of the black-body ladder; they have the nearest one.
     pub beyond: usize,
 }
 
@@ -63,11 +63,11 @@ pub struct StarCatalogue {
 pub struct PlacedCatalogue {
     /// The stars.
     pub catalogue: Arc<StarCatalogue>,
-    /// How the sky lies around the scene.
+    /// Orientation of the sky around the scene.
     pub axes: SkyAxes,
 }
 
-/// How the sky lies around a scene.
+/// Orientation of the sky around a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SkyAxes {
     /// As whoever looks has it: directions of the sky, ICRS, ahead in the middle of the picture, to its right and upwards.
@@ -100,7 +100,7 @@ fn rung(i: usize) -> f64 {
     COOLEST * (HOTTEST / COOLEST).powf(i as f64 / (RUNGS - 1) as f64)
 }
 
-/// How bright stars of a catalogue are told: in one passband, or in two.
+/// Magnitudes of catalogue stars: in one passband or in two.
 #[derive(Debug)]
 pub struct Photometry {
     band: Passband,

@@ -204,7 +204,7 @@ fn poisson(mean: f64, random: &mut Counter) -> u64 {
 mod tests {
     use super::*;
 
-    /// How far beside an image its stars are asked for [pixels].
+    /// Margin around an image in which stars are requested [pixels].
     const MARGIN: f64 = 4.0;
     const ALL: std::ops::Range<u64> = 0..2 * SKY_SLICES * SKY_SLICES;
 

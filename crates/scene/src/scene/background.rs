@@ -44,7 +44,7 @@ impl Background {
         Self { catalogue: Some(catalogue), ..self }
     }
 
-    /// Whether there are stars at infinity.
+    /// True if there are stars at infinity.
     pub fn has_stars(&self) -> bool {
         self.star_field.is_some() || self.catalogue.is_some()
     }

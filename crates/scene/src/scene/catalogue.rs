@@ -92,7 +92,7 @@ struct Columns {
     /// The magnitude, and one in another passband or a colour.
     magnitudes: [Option<usize>; 2],
     bands: [Option<Passband>; 2],
-    /// Whether the second is a colour, relative to the first.
+    /// True if the second is a colour, relative to the first.
     is_colour: bool,
 }
 

@@ -12,7 +12,7 @@ use crate::field::{Field, IntoField, grams_per_h};
 use crate::phase::{self, IntoPhase, Isotropic, Phase};
 use crate::properties::{Key, Section};
 
-/// How much a density of one absorbs and scatters together: its extinction coefficient at V.
+/// Extinction coefficient at V per unit of density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     per_pc: f64,

@@ -109,7 +109,7 @@ pub struct Fields<'a> {
     /// How many fields each expression is made of in all, those of its fields included, and how deep it is nested; others are of
     /// themselves.
     made_of: BTreeMap<String, MadeOf>,
-    /// Whether one of those was asked for.
+    /// True if one of those was asked for.
     uses_rough: Cell<bool>,
 }
 
@@ -232,7 +232,7 @@ impl<'a> Fields<'a> {
         &self.said
     }
 
-    /// Whether a field was asked for that is made roughly.
+    /// True if a field was asked for that is made roughly.
     pub(super) fn are_rough(&self) -> bool {
         self.uses_rough.get()
     }
@@ -281,7 +281,7 @@ impl<'a> Fields<'a> {
         format!("{formula} of {}", self.said)
     }
 
-    /// Whether an expression of some fields is made roughly, since one of them is.
+    /// True if an expression of some fields is made roughly, since one of them is.
     fn makes_roughly(&self, names: &[String], said: &str) -> bool {
         self.loader.makes_roughly(said, names.iter().any(|name| self.rough.contains(name)))
     }

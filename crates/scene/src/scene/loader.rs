@@ -36,7 +36,7 @@ pub struct Loader {
     catalogues: Kept<StarCatalogue>,
     gas: Kept<IonisedGas>,
     rough_gas: Kept<IonisedGas>,
-    /// Whether what takes long is made roughly.
+    /// True if what takes long is made roughly.
     pub(super) is_rough: bool,
     /// A device that has the light of several stars go through gas, where there is one.
     pub(super) tracer: Option<Arc<dyn RayTracer>>,
@@ -141,12 +141,12 @@ impl Loader {
         self.field(&format!("roughly {text}"), || build(&inputs))
     }
 
-    /// Whether a field that may take `long` is made roughly: where it is not known yet, and the reading is a rough one.
+    /// True if a field that may take `long` is made roughly: where it is not known yet, and the reading is a rough one.
     pub(super) fn makes_roughly(&self, text: &str, long: bool) -> bool {
         long && self.is_rough && self.known_field(text).is_none()
     }
 
-    /// Whether the field that `text` describes, which was made once, is a grid; nothing where none was.
+    /// True if the field that `text` describes, which was made once, is a grid; nothing where none was.
     pub(super) fn is_grid(&self, text: &str) -> Option<bool> {
         self.grids.lock().ok().and_then(|grids| grids.get(text).copied())
     }

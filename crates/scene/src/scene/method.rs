@@ -108,7 +108,7 @@ pub struct Method {
     pub bake: Option<usize>,
     /// How volumes of densities and star depths are stored.
     pub volumes: Precision,
-    /// Whether parts of them that are empty take no memory.
+    /// True if parts of them that are empty take no memory.
     pub sparse: Sparsity,
     /// Times that light of stars may scatter.
     pub bounces: usize,

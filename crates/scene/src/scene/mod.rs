@@ -90,7 +90,7 @@ pub struct Scene {
     pub bands: Vec<Passband>,
     /// The channels that the first passbands are, where they are those of a spectrograph.
     pub spectrograph: Option<Spectrograph>,
-    /// How the picture is shown on a display.
+    /// Display settings of the picture.
     pub display: Display,
     /// Where on the sky it is seen; none where nobody said.
     pub observation: Option<Observation>,
@@ -102,11 +102,11 @@ pub struct Scene {
     pub method: Method,
     /// What changes in it from moment to moment, and the frames that show it: none where all of it stands still.
     pub timeline: Option<Arc<Timeline>>,
-    /// Whether what takes long was made roughly, as a [loader](Loader::roughly) asked.
+    /// True if what takes long was made roughly, as a [loader](Loader::roughly) asked.
     pub is_rough: bool,
     /// The text that the scene was read from; none where a program made it.
     pub provenance: Option<Provenance>,
-    /// How the files that were read for it were understood; those kept from an earlier reading are not among them.
+    /// Interpretations of the files that were read for it; those kept from an earlier reading are not among them.
     pub inputs: Vec<InputNote>,
 }
 

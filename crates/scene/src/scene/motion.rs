@@ -34,7 +34,7 @@ pub(super) const VELOCITY: Key = Key::optional(
 pub(super) const STEP: Key =
     Key::optional("velocity_step", "velocity", "10 km/s", "velocities that are told apart: half of a channel or less");
 
-/// How the gas of a table moves, where it says so.
+/// Motion of the gas of a table, if given.
 pub(super) fn of(section: &Section, fields: &Fields) -> Result<Option<Motion>> {
     let Some(formulas) = section.texts(VELOCITY.name)? else {
         section.refuse(&[STEP.name], "\"velocity\"")?;

@@ -30,7 +30,7 @@ const MAX_CHANNELS: i64 = 4096;
 /// The full width at half maximum of a Gaussian of deviation one.
 const FWHM: f64 = 2.354_820_045_030_949;
 
-/// How wide an edge is that is sharp, as a part of a channel.
+/// Width of a sharp edge, relative to a channel.
 const SHARP: f64 = 1e-7;
 
 /// A spectrograph: its channels.

@@ -24,7 +24,7 @@ pub struct Star {
     pub position: DVec3,
     /// The spectral luminosity L_λ [W µm⁻¹].
     pub spectrum: Spectrum,
-    /// Whether the star itself is drawn.
+    /// True if the star itself is drawn.
     pub visible: bool,
 }
 

@@ -138,7 +138,7 @@ fn hoo(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
     }
 }
 
-/// How far from a line the band may be that is taken for it, and half of how wide it may be \[µm\].
+/// Largest distance between a line and its band, and half of the largest width of the band \[µm\].
 const NEAR_UM: f64 = 0.008;
 
 /// A palette of one colour for each band, from blue to red.

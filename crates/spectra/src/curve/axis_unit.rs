@@ -89,7 +89,7 @@ impl AxisUnit {
         }
     }
 
-    /// Whether two units are the same, however they are spelled.
+    /// True if two units are the same, however they are spelled.
     pub fn is(&self, other: &Self) -> bool {
         self.quantity == other.quantity && (self.size / other.size - 1.0).abs() < 1e-9
     }

@@ -38,13 +38,13 @@ pub struct Cell {
     pub quantity: Option<AxisQuantity>,
     /// Words that may each be a unit.
     pub units: Vec<String>,
-    /// Whether those words can be nothing else, since they stand in brackets or next to the quantity.
+    /// True if those words can be nothing else, since they stand in brackets or next to the quantity.
     pub is_tied: bool,
-    /// Whether it states wavelengths in air.
+    /// True if it states wavelengths in air.
     pub is_air: bool,
 }
 
-/// Whether a name is that of a spectral axis.
+/// True if a name is that of a spectral axis.
 pub fn names_axis(cell: &str) -> bool {
     Cell::of(cell).quantity.is_some()
 }

@@ -16,7 +16,7 @@ pub struct Columns {
     pub comments: Vec<(usize, String)>,
     /// The separators and the decimal sign, in words.
     pub dialect: String,
-    /// Whether the detector counts photons, where the file says so.
+    /// True if the detector counts photons, where the file says so.
     pub counts_photons: Option<bool>,
 }
 
@@ -93,7 +93,7 @@ impl Dialect {
         cells.into_iter().map(|cell| self.number(cell)).collect()
     }
 
-    /// Whether the line has several cells and each is a number, or empty behind the first.
+    /// True if the line has several cells and each is a number, or empty behind the first.
     fn starts_with_numbers(&self, line: &str) -> bool {
         let cells = self.cells(line);
         let is_number = |cell: &&str| !cell.is_empty() && self.number(cell).is_some();
@@ -233,7 +233,7 @@ impl Columns {
     }
 }
 
-/// Whether one of some names is that of a spectral axis, or the first is a unit of one.
+/// True if one of some names is that of a spectral axis, or the first is a unit of one.
 fn is_spectral(cells: &[String]) -> bool {
     let first = cells.first().is_some_and(|cell| cell.chars().count() > 1 && AxisUnit::parse(cell).is_some());
     first || cells.iter().any(|cell| names_axis(cell))

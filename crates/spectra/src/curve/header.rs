@@ -12,7 +12,7 @@ pub struct Axis {
     pub column: usize,
     /// Its unit, where the file states one.
     pub unit: Option<AxisUnit>,
-    /// Whether its wavelengths are stated to be in air.
+    /// True if its wavelengths are stated to be in air.
     pub is_air: bool,
 }
 

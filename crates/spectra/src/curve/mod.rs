@@ -27,7 +27,7 @@ const POSSIBLE_UM: [f64; 2] = [1e-5, 1e7];
 /// The units that files without one are in.
 const USUAL_UNITS: [&str; 3] = ["angstrom", "nm", "um"];
 
-/// How a curve is read from columns.
+/// Reading options of a curve in columns.
 #[derive(Debug, Clone, Copy)]
 pub struct CurveOptions<'a> {
     /// The quantity of the second column.
@@ -52,11 +52,11 @@ pub struct SpectralCurve {
     pub table: Table,
     /// The unit of the file's spectral axis.
     pub unit: AxisUnit,
-    /// Whether the unit was inferred from the range of the numbers.
+    /// True if the unit was inferred from the range of the numbers.
     pub is_inferred: bool,
-    /// How the file was understood, in one line.
+    /// Interpretation of the file, in one line.
     pub note: String,
-    /// Whether the detector counts photons, where the file says so.
+    /// True if the detector counts photons, where the file says so.
     pub counts_photons: Option<bool>,
 }
 

@@ -54,7 +54,7 @@ impl Ordinate {
         }
     }
 
-    /// Whether files call the quantity by this name, in small letters.
+    /// True if files call the quantity by this name, in small letters.
     pub(super) fn is_named(self, name: &str) -> bool {
         let names: &[&str] = match self {
             Ordinate::Throughput => {
@@ -123,7 +123,7 @@ fn flux_by_name(name: &str) -> Result<Scale, String> {
     Ok(if has(&["photlam", "photons", "photonflux"]) { PHOTONS } else { Scale::ONE })
 }
 
-/// Whether words in brackets behind a dimensionless column may be a unit, not a remark such as "total system".
+/// True if words in brackets behind a dimensionless column may be a unit, not a remark such as "total system".
 fn is_unit_like(text: &str) -> bool {
     let symbols = flux_symbols(text);
     !symbols.is_empty() && symbols.iter().all(|(symbol, _)| SYMBOLS.contains(&symbol.as_str()))

@@ -66,7 +66,7 @@ pub struct BandProblem<'a> {
     pub accuracy: f64,
     /// What the user has fixed of the rule.
     pub settings: &'a Settings,
-    /// Whether nobody waits for the rule any more: what is worked out from then on may be anything.
+    /// True if nobody waits for the rule any more: what is worked out from then on may be anything.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -229,7 +229,7 @@ pub struct RuleEntry {
     pub name: &'static str,
     /// What it does, in one line.
     pub summary: &'static str,
-    /// Whether its terms are nodes, each of which is monochromatic transport.
+    /// True if its terms are nodes, each of which is monochromatic transport.
     pub nodes: bool,
     /// The rule that may stand in for it where passbands are many and share their nodes.
     pub many_bands: Option<&'static RuleEntry>,

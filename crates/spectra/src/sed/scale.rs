@@ -1,4 +1,4 @@
-//! How bright a star is: four ways to fix the scale of a shape.
+//! Stellar brightness: four ways to scale a spectral shape.
 //!
 //! | way | equation | unit of L_λ |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! How the error of a basis falls with its size.
+//! Error of a basis as a function of its size.
 
 use barnard::control::Control;
 use spectra::basis::{Basis, Criterion, Domain, MAX_SIZE, best_linear_error};

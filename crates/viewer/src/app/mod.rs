@@ -51,7 +51,7 @@ pub struct Shown {
 pub struct Notice {
     /// The words of the message.
     pub words: String,
-    /// Whether it tells that something went wrong.
+    /// True if it tells that something went wrong.
     pub error: bool,
     /// When it was first shown [s of the window's clock].
     pub since: Option<f64>,
@@ -87,25 +87,25 @@ pub struct App {
     pub probed: Option<panels::Probed>,
     /// A device that has the light of several stars go through gas, where that is faster.
     pub tracer: Option<Arc<dyn RayTracer>>,
-    /// How often the window changes, where somebody wants to know.
+    /// Counter of window updates, if requested.
     pub timings: Option<Timings>,
     /// The number of times that the levels of pictures were asked for anew.
     exposure: u64,
     engine: Engine,
     /// The title over the window.
     title: String,
-    /// Whether something was typed into in the last frame.
+    /// True if something was typed into in the last frame.
     typing: bool,
     /// A command that waits until what was typed is taken.
     later: Option<(Modifiers, Key)>,
     ordered: Option<Ordered>,
-    /// How far the exact gas is \[%\].
+    /// Progress of the exact gas solution \[%\].
     refined: Arc<AtomicU32>,
     /// When something moved last [s of the context].
     moved: f64,
     /// When somebody changed something last \[s\]: gas that is known exactly now is no such change.
     changed: f64,
-    /// Whether what is asked for is another since gas is known exactly.
+    /// True if what is asked for is another since gas is known exactly.
     is_refined: bool,
     /// The wish that waits for an answer about unsaved changes.
     leaving: Option<Leaving>,
@@ -154,7 +154,7 @@ impl App {
         self.notice = Some(Notice { words: words.into(), error: false, since: None });
     }
 
-    /// Whether the last picture is that of `barnard render`, of all that was asked for.
+    /// True if the last picture is that of `barnard render`, of all that was asked for.
     pub fn is_settled(&self) -> bool {
         let settled = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Quality::Settled;
         self.ordered.as_ref().zip(self.shown.as_ref()).is_some_and(settled) && !self.document.is_rough()
@@ -348,7 +348,7 @@ impl App {
         }
     }
 
-    /// Whether the picture fills the screen, and no panel is shown.
+    /// True if the picture fills the screen, and no panel is shown.
     fn is_full(&self, ctx: &Context) -> bool {
         ctx.input(|i| i.viewport().fullscreen.unwrap_or(false))
     }

@@ -7,7 +7,7 @@ use crate::edit::{Edit, table};
 use crate::flight::Flight;
 use crate::keyframes::{SAME, dropped, keyed, moments};
 
-/// How long a scene lasts of which nothing changes yet [s].
+/// Duration of a scene without keyframes [s].
 const DURATION: f64 = 10.0;
 /// The time between keys that are made of bookmarks [s].
 const BETWEEN: f64 = 3.0;
@@ -15,7 +15,7 @@ const BETWEEN: f64 = 3.0;
 const BEYOND: f64 = 5.0;
 
 impl App {
-    /// How long the scene lasts; none where nothing of it changes \[s\].
+    /// Duration of the scene \[s\]; `None` if nothing changes.
     pub fn duration(&self) -> Option<f64> {
         let frames = self.document.scene().timeline.as_ref()?.frames;
         Some(frames.time(frames.last()))

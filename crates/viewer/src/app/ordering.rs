@@ -95,7 +95,7 @@ impl App {
         self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, exposure: self.exposure, moving });
     }
 
-    /// Whether the view differs from the document's by more than the digits that it is written with.
+    /// True if the view differs from the document's by more than the digits that it is written with.
     fn flight_is_new(&self) -> bool {
         let (a, b) = (&self.flight.camera, &self.document.scene().camera);
         let scale = 1e-5 * self.flight.distance();

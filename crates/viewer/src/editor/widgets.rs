@@ -24,7 +24,7 @@ pub fn drag(value: &mut f64, speed: f64) -> DragValue<'_> {
     DragValue::new(value).speed(speed).update_while_editing(false).custom_formatter(|v, _| rounded(v, DIGITS))
 }
 
-/// Whether a number was changed by more than being shown in fewer digits.
+/// True if a number was changed by more than being shown in fewer digits.
 pub fn is_changed(response: &Response, before: f64, after: f64) -> bool {
     response.changed() && rounded(before, DIGITS) != rounded(after, DIGITS)
 }

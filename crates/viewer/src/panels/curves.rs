@@ -12,7 +12,7 @@ const HEIGHT: f32 = 44.0;
 const MOST: f32 = 180.0;
 /// Points between places of a curve.
 const STEP: f32 = 3.0;
-/// How far from a key the pointer takes hold of it [points].
+/// Grab radius of a keyframe [points].
 pub(super) const GRIP: f32 = 6.0;
 /// The least time between two keys [s].
 const APART: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! How the spectral integrals are done, what is known of the error, and how long it took.
+//! Method panel: spectral integrals, error estimates, timing.
 
 use eframe::egui::{self, Ui};
 

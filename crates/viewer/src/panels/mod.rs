@@ -29,9 +29,9 @@ pub struct Layout {
     pub picture: bool,
     /// The timeline, below.
     pub timeline: bool,
-    /// Whether the list of keys is open.
+    /// True if the list of keys is open.
     pub help: bool,
-    /// Whether spectra are plotted in logarithms.
+    /// True if spectra are plotted in logarithms.
     pub logarithmic: bool,
 }
 

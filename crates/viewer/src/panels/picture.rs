@@ -1,4 +1,4 @@
-//! How the picture is shown: palette, stretch, black and white on the histogram, and what it is compared with.
+//! Display of the picture: palette, stretch, black and white on the histogram, and what it is compared with.
 
 use eframe::egui::{self, Color32, Ui};
 use egui_plot::{Line, Plot, PlotPoints, VLine};

@@ -117,7 +117,7 @@ fn added(list: &str) -> egui::Id {
     egui::Id::unique(("added", list))
 }
 
-/// How far before the middle of the cloud a new star stands, as a part of the cloud's radius: not behind most of its dust.
+/// Distance of a new star in front of the cloud's centre, relative to the cloud's radius: not behind most of its dust.
 const BEFORE: f64 = 0.7;
 /// The luminosity of the first star \[Lsun\].
 const FIRST_LSUN: f64 = 1000.0;

@@ -1,4 +1,4 @@
-//! How bright the picture is shown.
+//! Display levels of the picture.
 
 use std::sync::Arc;
 

@@ -91,7 +91,7 @@ struct PacketSlot {
 pub(super) struct PacketDetail {
     slots: Vec<PacketSlot>,
     octaves: Vec<PacketOctave>,
-    /// How wide a pixel is at the start \[pc\], and how much it widens in a pc.
+    /// Width of a pixel at the start \[pc\] and its growth per pc.
     width: Lane,
     widening: f32,
 }

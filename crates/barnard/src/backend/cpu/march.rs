@@ -46,9 +46,9 @@ pub struct March<'a> {
     detail: Option<DetailNoise<'a>>,
     /// The part of space whose segments count, its upper borders left out; all of it where there is none.
     domain: Option<Bounds>,
-    /// Whether the distances of light are measured.
+    /// True if the distances of light are measured.
     measures: bool,
-    /// Whether rays are followed to the end of the dust, whatever is left there.
+    /// True if rays are followed to the end of the dust, whatever is left there.
     is_whole: bool,
 }
 
@@ -244,7 +244,7 @@ impl<'a> March<'a> {
         }
     }
 
-    /// Whether nothing behind `steps` can change any band by a part of the accuracy.
+    /// True if nothing behind `steps` can change any band by a part of the accuracy.
     fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
         let Tables { terms, weights, .. } = self.context.tables;
         let Some(NodeTerms { k, range }) = terms.exponentials() else { return false };
@@ -412,14 +412,14 @@ impl Samples<'_> {
     }
 }
 
-/// Whether a sample holds neither dust nor gas on any lane.
+/// True if a sample holds neither dust nor gas on any lane.
 #[inline(always)]
 fn is_dark(context: &Context, sample: &[Lane]) -> bool {
     let empty = |slot: &usize| largest(&sample[*slot]) <= 0.0;
     context.slots.dust.iter().all(empty) && context.slots.species.iter().all(empty)
 }
 
-/// How many steps all lanes, `step` steps into the span, may jump through empty bricks.
+/// Number of steps that all lanes, `step` steps into the span, may skip through empty bricks.
 #[inline(always)]
 fn clear_steps(context: &Context, tracks: &[Track], dt: &Lane, step: usize) -> usize {
     let mut clear_pc = f32::INFINITY;

@@ -92,7 +92,7 @@ fn stats_of(plan: &Plan, depth: f32, negative: u64) -> RenderStats {
     RenderStats { depth: f64::from(depth), rays, storage: plan.storage(), negative }
 }
 
-/// How far light comes from, and what it comes through.
+/// Origin distance of the light and the optical depth in front of it.
 #[derive(Debug)]
 pub struct Distances {
     /// The light of dust and gas in all bands, times its distance [pc W m⁻² sr⁻¹] and as it is [W m⁻² sr⁻¹], 2 × height × width.

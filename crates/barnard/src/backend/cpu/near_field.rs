@@ -28,7 +28,7 @@ pub struct NearStar<'a> {
     foot: Lane,
     distance: Lane,
     half: Lane,
-    /// How many times longer the kernel is before the star than across.
+    /// Length of the kernel in front of the star, relative to its width.
     ahead: f32,
     shape: Shape,
     /// Depths before it, their places in one parsec, and σ at it.
@@ -112,7 +112,7 @@ struct Within {
     from: Lane,
     to: Lane,
     angle: Lane,
-    /// Whether one piece, taken as narrow, serves all lanes.
+    /// True if one piece, taken as narrow, serves all lanes.
     is_narrow: bool,
 }
 
@@ -124,7 +124,7 @@ struct Pieces {
 }
 
 impl NearStar<'_> {
-    /// Whether a step touches the kernel.
+    /// True if a step touches the kernel.
     #[inline(always)]
     pub fn meets(&self, span: StepSpan) -> bool {
         span.start < self.steps.end && span.end() > self.steps.start

@@ -37,7 +37,7 @@ impl<'a> Segment<'a> {
         segment
     }
 
-    /// Whether there is a sample in the middle.
+    /// True if there is a sample in the middle.
     #[inline(always)]
     pub fn has_middle(&self) -> bool {
         self.middle.is_some()

@@ -57,7 +57,7 @@ pub(super) struct State<'a> {
     pub(super) rays: &'a [Ray; LANES],
     /// Random wavelengths, where the method has them.
     pub(super) drawn: Drawn,
-    /// Whether no later span and no background asks for τ at the end of this one.
+    /// True if no later span and no background asks for τ at the end of this one.
     pub(super) final_span: bool,
     /// Where the current span starts and ends.
     pub(super) span: Span,

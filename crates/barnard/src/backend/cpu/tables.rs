@@ -25,7 +25,7 @@ pub struct Tables {
 pub(super) struct Phase {
     /// Entries of each table.
     pub(super) entries: usize,
-    /// Whether all terms scatter alike, so that weights stand beside the tables and not in them.
+    /// True if all terms scatter alike, so that weights stand beside the tables and not in them.
     pub(super) separable: bool,
     /// The weights of each light at its angles.
     pub(super) lights: Vec<PhaseRows>,

@@ -28,7 +28,7 @@ pub struct Medium<'a> {
 pub struct Leg {
     /// Where it goes.
     pub ray: Ray,
-    /// Whether it begins at the eye, which sees detail; light between two scatterings, and that of stars, does not.
+    /// True if it begins at the eye, which sees detail; light between two scatterings, and that of stars, does not.
     pub from_eye: bool,
 }
 

@@ -30,7 +30,7 @@ use crate::random::Counter;
 use crate::scene::Scene;
 use tracer::Tracer;
 
-/// How far the referee goes.
+/// Sampling options of the path tracer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Light of stars that has scattered less often than this is left out, and light of gas and background that has
@@ -62,7 +62,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
 /// The path tracer, and what its paths have brought so far.
 #[derive(Debug, Clone, Default)]
 pub struct PathTracer {
-    /// How far the tracer goes.
+    /// Sampling options of the path tracer.
     pub options: Options,
     /// Sums of paths: of a run before, or none.
     pub film: Film,

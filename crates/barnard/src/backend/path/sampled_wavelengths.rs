@@ -96,7 +96,7 @@ impl SampledWavelengths {
         Ok(Self { band, law, borders, lines: lines.into_iter().map(|(l, owner, s, _)| (l, owner, s)).collect(), cumulative })
     }
 
-    /// Whether any light comes through.
+    /// True if any light comes through.
     pub fn is_dark(&self) -> bool {
         self.total() <= 0.0
     }
@@ -127,7 +127,7 @@ impl SampledWavelengths {
     }
 }
 
-/// Whether a light fills more than a point.
+/// True if a light fills more than a point.
 pub fn is_extended(route: Route) -> bool {
     matches!(route, Route::Scattered { .. } | Route::Emitted { .. } | Route::Background)
 }

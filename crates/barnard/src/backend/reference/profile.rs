@@ -70,7 +70,7 @@ pub struct Profile {
     pieces: Vec<Piece>,
 }
 
-/// How often a piece is halved at most.
+/// Maximum number of bisections of a piece.
 const MAX_LEVEL: usize = 14;
 
 /// The pieces of a field along a ray as they are found.

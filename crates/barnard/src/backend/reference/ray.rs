@@ -77,7 +77,7 @@ impl<'a> RayRadiance<'a> {
         (kronrod, gauss)
     }
 
-    /// Whether the Kronrod sum is exact enough, by QUADPACK's estimate (200 |K − G|/K)^1.5.
+    /// True if the Kronrod sum is exact enough, by QUADPACK's estimate (200 |K − G|/K)^1.5.
     fn agree(&self, kronrod: &[f64], gauss: &[f64]) -> bool {
         kronrod.iter().zip(gauss).zip(&self.bands).all(|((k, g), so_far)| {
             let ratio = (200.0 * (k - g).abs() / k.abs().max(f64::MIN_POSITIVE)).min(1.0);

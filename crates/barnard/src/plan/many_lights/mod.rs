@@ -54,7 +54,7 @@ pub struct ManyLights {
     pub places: Vec<DVec3>,
     /// The extinction σ at V at each of them [pc⁻¹].
     pub sigma: Vec<f32>,
-    /// Whether each star of the scene is one of these.
+    /// True if each star of the scene is one of these.
     member: Vec<bool>,
     /// The brightest, by which pilot rays choose their steps where all stars are among the many lights.
     pub representatives: Vec<usize>,
@@ -173,7 +173,7 @@ impl ManyLights {
         })
     }
 
-    /// Whether a star of the scene is one of these.
+    /// True if a star of the scene is one of these.
     pub fn holds(&self, star: usize) -> bool {
         self.member.get(star) == Some(&true)
     }

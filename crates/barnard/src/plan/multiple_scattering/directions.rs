@@ -17,7 +17,7 @@ use spectra::constants::SPHERE;
 pub struct Face {
     /// The axis that the face is across.
     pub axis: usize,
-    /// Whether light goes up along the axis.
+    /// True if light goes up along the axis.
     pub up: bool,
     /// The directions through the face.
     pub directions: Vec<Direction>,

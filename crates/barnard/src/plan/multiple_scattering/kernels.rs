@@ -23,7 +23,7 @@ struct Sizes {
     parts: Vec<f64>,
     /// Edge of a cell \[pc\].
     edge_pc: f64,
-    /// How far kernels reach ahead at least, for the forward peak of a phase function \[pc\].
+    /// Shortest forward reach of a kernel, for the forward peak of a phase function \[pc\].
     peak_pc: f64,
     /// Volume that is allowed to all kernels together \[pc³\].
     allowed: f64,

@@ -112,7 +112,7 @@ pub struct MultipleScattering {
     pub largest: Vec<f32>,
     /// Depths from each gathered star towards the eye.
     pub profiles: Vec<Profile>,
-    /// How the field was found.
+    /// Report of the solution.
     pub report: ScatteringReport,
     field: Arc<Field>,
     /// The fields by which its error is known: half as fine, and with other directions.
@@ -185,7 +185,7 @@ impl MultipleScattering {
         Self::resolved(self.field.clone(), Vec::new(), self.report.clone(), self.view)
     }
 
-    /// Whether the light that was scattered before is shared with another field, and was not solved again.
+    /// True if the light that was scattered before is shared with another field, and was not solved again.
     pub fn shares(&self, other: &Self) -> bool {
         let pairs = || self.field.parts.iter().zip(&other.field.parts);
         self.field.parts.len() == other.field.parts.len() && pairs().all(|(a, b)| Arc::ptr_eq(&a.solved, &b.solved))

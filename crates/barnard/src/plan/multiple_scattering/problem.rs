@@ -35,7 +35,7 @@ pub struct Fitting {
     pub cells: Cells,
     /// The bytes of all that is made in them.
     pub bytes: u64,
-    /// Whether they are fewer than they should be, to keep to the memory limit.
+    /// True if they are fewer than they should be, to keep to the memory limit.
     pub coarser: bool,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Problem<'a> {
         Ok(Some(Self { draft, dust, terms, sweepers: Sweepers::new(draft.settings.sweeper.as_deref()) }))
     }
 
-    /// Whether light scatters more than once.
+    /// True if light scatters more than once.
     pub fn scatters_again(&self) -> bool {
         self.draft.settings.method.bounces > 1
     }

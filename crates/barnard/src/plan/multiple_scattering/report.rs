@@ -1,4 +1,4 @@
-//! How a field of scattered light was found, in numbers and in words.
+//! Report of a solution of multiple scattering, in numbers and in words.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use std::sync::Arc;
 pub struct ScatteringReport {
     /// The number of cells along each axis.
     pub cells: [usize; 3],
-    /// Whether the cells are fewer than they should be, to keep to the memory limit.
+    /// True if the cells are fewer than they should be, to keep to the memory limit.
     pub coarser: bool,
     /// Directions of light: of the first order and of the others.
     pub directions: [usize; 2],
@@ -19,7 +19,7 @@ pub struct ScatteringReport {
     pub swept_by: Arc<str>,
     /// The part of all that the geometric series behind them stands for, of the worst term.
     pub series: f64,
-    /// Whether the orders went as a geometric series in the end.
+    /// True if the orders went as a geometric series in the end.
     pub settled: bool,
     /// The error of the field for the first camera; none where it was made for a preview.
     pub error_estimate: Option<ErrorEstimate>,

@@ -1,4 +1,4 @@
-//! How a field is solved: eight terms at a time, order of scattering after order.
+//! Solver of multiple scattering: eight terms at a time, one order of scattering after the other.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! How far the light of the gathered stars, as cells and kernels have it, is from that of each star with exact depths
+//! Error of the aggregated starlight on cells and kernels, relative to that of each star with exact depths
 //! and the phase function itself, at places in the dust.
 
 use glam::DVec3;

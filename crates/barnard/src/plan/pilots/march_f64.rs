@@ -19,12 +19,12 @@ pub(in crate::plan) trait Eye {
     /// So much of a light arrives, fallen by its mean over the depths at V.
     fn light(&mut self, light: usize, amount: f64, depths: DepthSpan);
 
-    /// Whether scattered light comes by [`dust`](Self::dust), that of all stars together, and not star by star.
+    /// True if scattered light comes by [`dust`](Self::dust), that of all stars together, and not star by star.
     fn scattered_together(&self) -> bool {
         false
     }
 
-    /// Whether the eye is to hear of the whole ray, also of parts that no light comes from.
+    /// True if the eye is to hear of the whole ray, also of parts that no light comes from.
     fn goes_on(&self) -> bool {
         false
     }
@@ -83,7 +83,7 @@ pub(in crate::plan) struct RayMarch<'a> {
     pub lights: &'a [Light],
     pub ray: &'a Ray,
     pub stepping: Stepping,
-    /// Whether densities are those of the fields themselves and star depths are marched; else both are read from the
+    /// True if densities are those of the fields themselves and star depths are marched; else both are read from the
     /// samples.
     pub exact: bool,
     /// The stars that are seen, and their exact depths along the ray.

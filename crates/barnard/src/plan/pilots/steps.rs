@@ -18,7 +18,7 @@ const EVEN: f64 = 0.4;
 pub(super) struct End {
     /// Its distance \[pc\].
     pub(super) t: f64,
-    /// Whether a function jumps there.
+    /// True if a function jumps there.
     jump: bool,
     /// About how deep it lies in an exact march, once it is refined \[1\].
     depth: f64,

@@ -66,7 +66,7 @@ pub struct SpatialPlan {
     bake: Option<usize>,
     /// How volumes are stored.
     pub precision: Precision,
-    /// Whether pages of them that are empty are left out.
+    /// True if pages of them that are empty are left out.
     sparsity: Sparsity,
     /// The resolution that was asked for functions.
     resolution: BakeResolution,
@@ -136,22 +136,22 @@ impl SpatialPlan {
         Ok(space)
     }
 
-    /// How the least exact of the grids that densities are made of is stored.
+    /// Storage precision of the least exact grid in the densities.
     pub fn grid_storage(&self) -> Storage {
         self.densities.iter().map(|field| field.storage()).max().unwrap_or_default()
     }
 
-    /// Whether a density is a function, of which the march has samples alone.
+    /// True if a density is a function, of which the march has samples alone.
     pub fn is_sampled(&self) -> bool {
         self.densities.iter().any(|field| field.grid().is_none())
     }
 
-    /// Whether the dust is a function, of which the march has samples alone.
+    /// True if the dust is a function, of which the march has samples alone.
     pub fn depth_is_sampled(&self) -> bool {
         self.density().is_some_and(|field| field.grid().is_none())
     }
 
-    /// Whether a density is a function that jumps.
+    /// True if a density is a function that jumps.
     pub fn has_edges(&self) -> bool {
         self.densities.iter().any(|field| field.has_edges())
     }

@@ -81,7 +81,7 @@ impl SpatialPlan {
         Ok(Some(own))
     }
 
-    /// Whether a density of one is as much dust as in `scene`.
+    /// True if a density of one is as much dust as in `scene`.
     pub(crate) fn has_as_much_dust_as(&self, scene: &Scene) -> bool {
         sigma_v_per_pc(scene) == self.sigma_v_per_pc
     }

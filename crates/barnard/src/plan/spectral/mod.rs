@@ -269,7 +269,7 @@ impl BandPlan {
         }
     }
 
-    /// Whether what is left behind a depth is known, so that rays can end early.
+    /// True if what is left behind a depth is known, so that rays can end early.
     pub fn is_bounded(&self) -> bool {
         matches!(self.rule.form, Form::Nodes(_) | Form::CommonNodes(_))
     }

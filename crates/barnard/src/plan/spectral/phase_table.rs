@@ -21,7 +21,7 @@ const SAMPLES: usize = 4096;
 pub struct PhaseTable {
     /// Number of entries from u = 0, forwards, to u = √2, backwards.
     pub entries: usize,
-    /// Whether one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
+    /// True if one p(θ) serves all wavelengths: each light then has one number an entry, which multiplies its weights.
     pub separable: bool,
     /// The weights of each light that is scattered, entry × term, a term being a node of the rule or a band of a
     /// lookup; empty for other lights and those of the gathered stars.

@@ -67,7 +67,7 @@ fn cubic(values: [f32; 4], t: f32) -> f32 {
     if value > high { high } else { value }
 }
 
-/// Whether rays beside a voxel are so far from coming in that no cubic follows them.
+/// True if rays beside a voxel are so far from coming in that no cubic follows them.
 pub(super) fn grazed(rays: [&[f32]; 4]) -> bool {
     let (low, high) = rays.iter().flat_map(|r| r.iter()).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(*d), h.max(*d)));
     low < -high.max(0.0)

@@ -131,7 +131,7 @@ impl Frustum {
         }
     }
 
-    /// Whether any ray comes in through a side.
+    /// True if any ray comes in through a side.
     pub fn has_side_entries(&self) -> bool {
         (0..2).any(|axis| self.side(axis).is_some())
     }

@@ -82,7 +82,7 @@ impl Tier {
 struct Interval {
     from: f64,
     to: f64,
-    /// Whether no other interval follows in this tier.
+    /// True if no other interval follows in this tier.
     last: bool,
 }
 

@@ -43,7 +43,7 @@ const NUMBERS: [&str; 18] = [
     "SUN_POSX", "SUN_POSY", "SUN_POSZ", "THEAP",
 ];
 
-/// Whether the value of a keyword is a number by the standard.
+/// True if the value of a keyword is a number by the standard.
 fn is_numeric(keyword: &str) -> bool {
     let base = keyword.trim_end_matches(|c: char| c.is_ascii_digit());
     let of_matrix = |prefix: &str| {
@@ -135,7 +135,7 @@ impl Header {
         self.text(keyword)?.parse().ok()
     }
 
-    /// Whether it is a table that holds an image in tiles.
+    /// True if it is a table that holds an image in tiles.
     pub fn is_packed(&self) -> bool {
         self.text("XTENSION") == Some("BINTABLE") && self.text("ZIMAGE") == Some("T")
     }

@@ -65,7 +65,7 @@ fn stored_of(bitpix: Option<i64>) -> std::result::Result<Stored, String> {
     Ok(Stored { kind, big_endian: true })
 }
 
-/// Whether an image has unsigned 64-bit integers, which FITS stores less 2⁶³: double precision would lose their last
+/// True if an image has unsigned 64-bit integers, which FITS stores less 2⁶³: double precision would lose their last
 /// eleven bits if it added that.
 fn is_unsigned_64(header: &Header) -> bool {
     header.bitpix() == Some(64) && header.number("BZERO") == Some(2f64.powi(63)) && header.number("BSCALE").is_none_or(|scale| scale == 1.0)

@@ -145,7 +145,7 @@ impl Observed {
     }
 }
 
-/// Whether a name is that of errors, of a mask or of a layer.
+/// True if a name is that of errors, of a mask or of a layer.
 fn is_aside(name: &str) -> bool {
     let other = |other: &&&str| name.eq_ignore_ascii_case(other);
     let lower = name.to_ascii_lowercase();

@@ -29,7 +29,7 @@ struct Tiles<'h> {
     dither: Dither,
 }
 
-/// How the numbers of a tile are packed.
+/// Compression of a tile.
 #[derive(Clone, Copy, PartialEq)]
 enum Packing {
     None,
@@ -225,7 +225,7 @@ impl<'h> Tiles<'h> {
 const MOST_PIXELS: usize = 1024;
 /// The whole number that stands for zero where it was kept.
 const ZERO: f64 = -2_147_483_646.0;
-/// How many random numbers there are, which are used round and round.
+/// Number of random numbers, used cyclically.
 const RANDOM: usize = 10_000;
 
 impl Dither {

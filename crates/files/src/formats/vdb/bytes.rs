@@ -152,12 +152,12 @@ impl<'a> Bytes<'a> {
 pub struct Mask(Box<[u64]>);
 
 impl Mask {
-    /// Whether a bit is set.
+    /// True if a bit is set.
     pub fn holds(&self, bit: usize) -> bool {
         self.0.get(bit / 64).is_some_and(|word| word >> (bit % 64) & 1 == 1)
     }
 
-    /// How many are set.
+    /// Number of bits that are set.
     pub fn count(&self) -> usize {
         self.0.iter().map(|word| word.count_ones() as usize).sum()
     }

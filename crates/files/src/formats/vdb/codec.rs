@@ -20,7 +20,7 @@ const BLOSC: u32 = 4;
 /// All flags that there are.
 pub const COMPRESSIONS: u32 = ZIP | ACTIVE_MASK | BLOSC;
 
-/// How the numbers of a grid are stored.
+/// Number format of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coding {
     /// Flags of its compression.
@@ -48,7 +48,7 @@ pub struct Block {
     /// The values of inactive places: where the selection is not set, and where it is.
     inactive: [f64; 2],
     selection: Option<Mask>,
-    /// Whether active values alone are stored.
+    /// True if active values alone are stored.
     only_active: bool,
     /// Values that are stored.
     count: usize,
@@ -64,12 +64,12 @@ enum Packed {
 }
 
 impl Coding {
-    /// Whether numbers are of double precision.
+    /// True if numbers are of double precision.
     pub fn is_double(&self) -> bool {
         self.full == 8
     }
 
-    /// How values are packed, in words.
+    /// Description of the compression.
     pub fn packing(&self) -> String {
         let packed = match self.compression & (ZIP | BLOSC) {
             0 => "plain",

@@ -30,7 +30,7 @@ pub struct Descriptor {
     pub name: String,
     /// The type of its tree, such as `Tree_float_5_4_3`.
     pub tree: String,
-    /// Whether values are stored as half.
+    /// True if values are stored as half.
     pub is_half: bool,
     /// The grid whose tree it shares, where it has none of its own.
     pub parent: Option<String>,
@@ -75,7 +75,7 @@ const DOUBLE: &str = "Tree_double_5_4_3";
 const OF_HALF: &str = "Tree_half_5_4_3";
 
 impl Descriptor {
-    /// Whether its values are numbers that a density can have.
+    /// True if its values are numbers that a density can have.
     pub fn is_density(&self) -> bool {
         [FLOAT, DOUBLE, OF_HALF].contains(&&*self.tree)
     }

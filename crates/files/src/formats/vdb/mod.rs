@@ -63,7 +63,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     Ok(Array { shape: part.shape(), data, fortran: true })
 }
 
-/// How the tree of a grid is stored, which comes next. A grid that shares another's has a transform of its own and nothing
+/// Storage of the tree of a grid, which comes next. A grid that shares another's has a transform of its own and nothing
 /// else.
 fn coding_of(bytes: &mut Bytes, grids: &[Descriptor], grid: &Descriptor, own: Coding) -> Result<Coding> {
     let Some(parent) = &grid.parent else { return Ok(own) };

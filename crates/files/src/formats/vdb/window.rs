@@ -38,7 +38,7 @@ impl Window {
         gather.fill([along(2), along(1), along(0)], value);
     }
 
-    /// Whether some voxel of a cube is gathered.
+    /// True if some voxel of a cube is gathered.
     pub fn touches<T>(&self, gather: &Gather<T>, cube: [i32; 3], edge: i32) -> bool {
         (0..3).all(|axis| !self.along(gather, axis, cube[axis], edge).is_empty())
     }

@@ -10,18 +10,18 @@ use crate::error::Error;
 use crate::memory;
 use crate::stored::too_small;
 
-/// How the elements of an array become the blocks of a grid.
+/// Conversion of array elements to blocks of a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blocking {
     /// The axes of the array that x, y and z are.
     pub axes: [usize; 3],
-    /// Whether x, y and z run against the array's indices.
+    /// True if x, y and z run against the array's indices.
     pub backwards: [bool; 3],
     /// What values are multiplied by.
     pub factor: f64,
-    /// Whether values that are negative or no numbers become zero.
+    /// True if values that are negative or no numbers become zero.
     pub clip: bool,
-    /// How they are stored.
+    /// Storage precision.
     pub storage: Storage,
 }
 

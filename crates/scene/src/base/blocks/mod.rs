@@ -18,7 +18,7 @@ const SIZE: usize = EDGE * EDGE * EDGE;
 /// Steps of a byte between the least value above zero and the largest.
 const STEPS: f32 = 254.0;
 
-/// How the values of a block are stored, the most exact first.
+/// Storage precisions of a block, the most exact first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Storage {
     /// Four bytes a value, as it is in single precision.
@@ -151,7 +151,7 @@ impl Blocks {
         made
     }
 
-    /// How the values are stored.
+    /// Storage precision of the values.
     pub fn storage(&self) -> Storage {
         self.storage
     }
@@ -180,7 +180,7 @@ impl Blocks {
         self.blocks[address / SIZE].as_ref().map_or(0.0, |block| block.value(address % SIZE))
     }
 
-    /// Whether a value that is stored is such a one; empty blocks are not asked.
+    /// True if a value that is stored is such a one; empty blocks are not asked.
     pub(crate) fn any(&self, is_such: impl Fn(f32) -> bool + Sync) -> bool {
         self.blocks.par_iter().flatten().any(|block| (0..SIZE).any(|local| is_such(block.value(local))))
     }

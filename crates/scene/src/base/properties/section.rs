@@ -51,7 +51,7 @@ impl<'a> Section<'a> {
         self.table.iter().map(|(k, _)| k).collect()
     }
 
-    /// Whether the table has `key`.
+    /// True if the table has `key`.
     pub fn has(&self, key: &str) -> bool {
         self.table.get(key).is_some()
     }

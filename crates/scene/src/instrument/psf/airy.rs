@@ -43,7 +43,7 @@ pub struct Airy {
     pub vanes: usize,
     /// The width of a vane, as a part of the aperture.
     pub vane_width: f64,
-    /// How far the optics are turned, counterclockwise \[rad\].
+    /// Rotation of the optics, counterclockwise \[rad\].
     pub rotation: f64,
 }
 

@@ -27,7 +27,7 @@ pub struct View<'a> {
     pub band: &'a Band,
     /// The angle of a pixel of the picture that is spread \[rad\].
     pub pixel_rad: f64,
-    /// How far light is spread \[pixels\].
+    /// Radius of the point-spread function \[pixels\].
     pub reach: usize,
 }
 

@@ -117,7 +117,7 @@ impl Octave {
 /// The farthest place of the noise that single precision tells apart well enough, to 1e-2 of a wave.
 const FARTHEST: f64 = 1e5;
 
-/// How far a grid reaches from the origin \[pc\].
+/// Largest distance of a grid from the origin \[pc\].
 fn reach(grid: &Grid) -> f64 {
     let bounds = grid.lattice().bounds;
     bounds.low.abs().max(bounds.high.abs()).max_element()

@@ -68,7 +68,7 @@ pub const DUST_MAPS: &[DustMap] = &[
     },
 ];
 
-/// How the cubes of Lallement and Vergely write mag/pc.
+/// Spellings of mag/pc in the cubes of Lallement and Vergely.
 const A0_PER_PC: &str = "A0(550nm)/parsec";
 
 impl DustMap {

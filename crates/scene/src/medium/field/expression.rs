@@ -29,7 +29,7 @@ pub struct Expression {
     formula: FlatEx<SideBySide, FieldOperators>,
     variables: Vec<Variable>,
     bounds: Bounds,
-    /// Whether a function of the formula jumps.
+    /// True if a function of the formula jumps.
     jumps: bool,
 }
 
@@ -60,7 +60,7 @@ fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
-/// Whether a function of a formula jumps.
+/// True if a function of a formula jumps.
 fn jumps(normalised: &str) -> bool {
     ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")))
 }
@@ -121,7 +121,7 @@ impl Expression {
         Ok(formula.var_names().iter().filter(|name| axis(name).is_none()).cloned().collect())
     }
 
-    /// Whether `formula` may be other than zero outside of any boxes, whatever those of its fields are.
+    /// True if `formula` may be other than zero outside of any boxes, whatever those of its fields are.
     pub fn is_endless(formula: &str) -> bool {
         let Ok((normalised, formula)) = parsed(formula) else { return false };
         let unit = Bounds::cube(DVec3::ZERO, 1.0);

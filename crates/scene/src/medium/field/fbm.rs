@@ -62,7 +62,7 @@ pub struct Fbm {
     pub gain: f64,
     /// The number that is added before the cut at zero.
     pub offset: f64,
-    /// Whether octaves are 1 − 2|n| instead of n.
+    /// True if octaves are 1 − 2|n| instead of n.
     pub ridged: bool,
     /// The length by which space is bent \[pc\].
     pub warp: f64,

@@ -17,7 +17,7 @@ enum Token {
     Sign(char),
 }
 
-/// Whether a field may have this name: letters, digits and _, not beginning with a digit, not reserved.
+/// True if a field may have this name: letters, digits and _, not beginning with a digit, not reserved.
 ///
 /// # Errors
 /// Where it may not, with a name that would do.
@@ -110,7 +110,7 @@ fn word(name: &str, called: bool) -> Result<String, String> {
     Ok(if name == "pi" { std::f64::consts::PI.to_string() } else { format!("{{{name}}}") })
 }
 
-/// Whether another power follows the operand behind the power at `i`.
+/// True if another power follows the operand behind the power at `i`.
 fn chained(tokens: &[Token], i: usize) -> bool {
     let mut depth = 0;
     for (j, token) in tokens.iter().enumerate().skip(i + 1) {

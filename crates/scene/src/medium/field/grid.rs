@@ -16,7 +16,7 @@ use crate::data::Shared;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
 
-/// How far from a voxel's centre a place may lie that stands for it [voxels].
+/// Largest distance from a voxel's centre at which a place represents the voxel [voxels].
 const ON_CENTRE: f64 = 1e-9;
 /// Values of a row that are read together.
 const READ_TOGETHER: usize = 64;
@@ -80,7 +80,7 @@ impl Grid {
         self.store.bytes()
     }
 
-    /// How the values are stored.
+    /// Storage precision of the values.
     pub(crate) fn storage(&self) -> Storage {
         self.store.storage()
     }

@@ -75,7 +75,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn grid(&self) -> Option<&Grid> {
         None
     }
-    /// How the least exact of the grids that it is, or is made of, is stored.
+    /// Storage precision of its least exact grid.
     fn storage(&self) -> Storage {
         self.grid().map_or(Storage::Single, Grid::storage)
     }
@@ -87,7 +87,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn feature_pc(&self) -> f64 {
         self.bounds().size().min_element() / 16.0
     }
-    /// Whether the field jumps anywhere, so that a value at the middle of a voxel says little of the voxel.
+    /// True if the field jumps anywhere, so that a value at the middle of a voxel says little of the voxel.
     fn has_edges(&self) -> bool {
         false
     }
@@ -150,7 +150,7 @@ fn unit(what: &'static str, direction: DVec3) -> Result<DVec3> {
 pub const KINDS: &[Kind<Arc<dyn Field>>] =
     &[loaded::KIND, fbm::KIND, sphere::KIND, cuboid::KIND, plummer::KIND, shell::KIND, slab::KIND, turbulence::KIND];
 
-/// Whether the field of a `[field.NAME]` table takes so long that it can be made roughly first.
+/// True if the field of a `[field.NAME]` table takes so long that it can be made roughly first.
 pub(crate) fn takes_long(section: &Section) -> bool {
     section.text("kind").ok().flatten() == Some(turbulence::KIND.name) && turbulence::takes_long(section)
 }

@@ -10,9 +10,9 @@ use crate::error::Result;
 use crate::geometry::Bounds;
 use crate::properties::Section;
 
-/// How far voxels of the scene may be from those of the file's own frame, in parts of them.
+/// Tolerance between voxels of the scene and of the file's own frame, relative to a voxel.
 const FRAME_TOLERANCE: f64 = 0.01;
-/// How far corners may lie beyond a box, or within a voxel, and still be on the face \[voxels\].
+/// Tolerance of corners on the face of a box \[voxels\].
 const ON_A_FACE: f64 = 1e-3;
 /// Voxels along an edge of a block at most.
 const LARGEST_BLOCK: i64 = 1024;
@@ -22,7 +22,7 @@ const LARGEST_BLOCK: i64 = 1024;
 pub struct Placement {
     /// The axis of the array that x, y and z are.
     axes: [usize; 3],
-    /// Whether x, y and z run against its indices.
+    /// True if x, y and z run against its indices.
     backwards: [bool; 3],
     /// What is read.
     pub part: Part,
@@ -98,7 +98,7 @@ impl Placement {
         self.part.ranges[self.axes[axis]] = if self.backwards[axis] { count - range.end..count - range.start } else { range };
     }
 
-    /// How the array becomes blocks.
+    /// Conversion of the array to blocks.
     pub fn blocking(&self, factor: f64, clip: bool, storage: Storage) -> Blocking {
         Blocking { axes: self.axes, backwards: self.backwards, factor, clip, storage }
     }
@@ -130,13 +130,13 @@ fn by_letter(order: &str) -> [usize; 3] {
 struct OwnBox {
     /// The box, or why there is none; nothing where the file is silent.
     bounds: std::result::Result<Bounds, String>,
-    /// Whether x, y and z run against the indices.
+    /// True if x, y and z run against the indices.
     backwards: [bool; 3],
-    /// Whether its voxels are cubes, as far as it says.
+    /// True if its voxels are cubes, as far as it says.
     is_cubic: bool,
-    /// Whether there is nothing beyond it.
+    /// True if there is nothing beyond it.
     is_sparse: bool,
-    /// Whether the scene may place all of it elsewhere by its corners: what is measured or sparse is where it is.
+    /// True if the scene may place all of it elsewhere by its corners: what is measured or sparse is where it is.
     is_movable: bool,
 }
 

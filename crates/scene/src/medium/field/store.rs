@@ -1,4 +1,4 @@
-//! How the values of a grid stand in memory: row by row, or in blocks.
+//! Memory layout of a grid: row by row, or in blocks.
 //!
 //! A voxel's address is the sum of one number for its place along each axis, whichever way the values stand.
 
@@ -63,7 +63,7 @@ impl Store {
         }
     }
 
-    /// Whether a value is such a one; zeros of empty blocks are not asked.
+    /// True if a value is such a one; zeros of empty blocks are not asked.
     pub fn any(&self, is_such: impl Fn(f32) -> bool + Sync) -> bool {
         match self {
             Self::Rows(_, values) => values.par_chunks(ASKED_TOGETHER).any(|part| part.iter().any(|v| is_such(*v))),
@@ -71,7 +71,7 @@ impl Store {
         }
     }
 
-    /// Whether another is the same memory.
+    /// True if another is the same memory.
     pub fn is(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Rows(_, own), Self::Rows(_, other)) => own.is(other),
@@ -88,7 +88,7 @@ impl Store {
         }
     }
 
-    /// How the values are stored.
+    /// Storage precision of the values.
     pub fn storage(&self) -> Storage {
         match self {
             Self::Rows(..) => Storage::Single,

@@ -169,7 +169,7 @@ fn variance(mach: f64, forcing: f64, plasma_beta: Option<f64>) -> f64 {
     (forcing * forcing * mach * mach * magnetic).ln_1p()
 }
 
-/// Whether a table asks for more voxels than can be made at once.
+/// True if a table asks for more voxels than can be made at once.
 pub(super) fn takes_long(section: &Section) -> bool {
     section.integer("voxels", VOXELS).is_ok_and(|voxels| voxels.is_none_or(|voxels| voxels as usize > ROUGH))
 }

@@ -34,11 +34,11 @@ pub trait Phase: std::fmt::Debug + Send + Sync {
     fn at(&self, cosine: f64, lambda_um: f64) -> f64;
     /// A cos θ drawn with the density 2π p.
     fn sample(&self, lambda_um: f64, random: &mut Counter) -> f64;
-    /// Whether the function is 1/4π for every angle.
+    /// True if the function is 1/4π for every angle.
     fn is_isotropic(&self) -> bool {
         false
     }
-    /// Whether the function changes with wavelength.
+    /// True if the function changes with wavelength.
     fn is_spectral(&self) -> bool;
 }
 

@@ -88,7 +88,7 @@ pub struct Camera {
     pub height: usize,
     /// Rays along each side of a pixel.
     pub supersampling: usize,
-    /// How far the image's middle lies from the axis of view, to the right and upwards, in halves of its width \[1\]:
+    /// Offset of the image centre from the optical axis, to the right and upwards, in halves of its width \[1\]:
     /// zero but for a part of a larger image.
     pub offset: (f64, f64),
     /// The two eyes that look in place of one, each of which has a [camera](Camera::eyes) of its own; none: one eye looks.
@@ -108,24 +108,24 @@ const TURN: f64 = 2.0 * PI;
 const SUPERSAMPLING: std::ops::RangeInclusive<usize> = 1..=16;
 /// Half widths beyond this leave no digits for a direction.
 const WIDEST: f64 = 1e9;
-/// How far axes may be from unit length and right angles.
+/// Tolerance of axes for unit length and right angles.
 const SKEW: f64 = 1e-3;
 /// Pixels of an image that says nothing else.
 const SIZE: usize = 512;
 /// The default of the horizontal field of view [deg].
 const FIELD_OF_VIEW_DEG: f64 = 30.0;
 
-/// How wide a pixel is along its rays.
+/// Pixel width along its rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// How much it widens in each pc \[1\].
+    /// Growth per pc \[1\].
     pub per_pc: f64,
-    /// How wide it is at the camera \[pc\].
+    /// Width at the camera \[pc\].
     pub least_pc: f64,
 }
 
 impl Footprint {
-    /// How wide a pixel is at a distance from the camera \[pc\].
+    /// Pixel width at a distance from the camera \[pc\].
     pub fn at(&self, distance_pc: f64) -> f64 {
         self.least_pc + self.per_pc * distance_pc
     }
@@ -397,7 +397,7 @@ impl Camera {
         }
     }
 
-    /// How wide a pixel in the middle of the image is at a distance.
+    /// Width of the central pixel at a distance.
     pub fn footprint(&self) -> Footprint {
         let per_pixel = 2.0 / self.width as f64;
         match self.projection {

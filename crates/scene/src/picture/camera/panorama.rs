@@ -70,7 +70,7 @@ impl Layout {
         [cos * *up + sin * *ahead, *right, sin * *up - cos * *ahead]
     }
 
-    /// Whether there is a direction at a place.
+    /// True if there is a direction at a place.
     pub fn sees(&self, (s, t): (f64, f64)) -> bool {
         match self {
             Self::Dome { half_aperture, .. } => s.hypot(t) <= *half_aperture,

@@ -62,7 +62,7 @@ const ARRANGEMENTS: [(&str, Arrangement); 2] = [("over_under", Arrangement::Over
 /// Two eyes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stereo {
-    /// How their images become one.
+    /// Combination of the two images.
     pub arrangement: Arrangement,
     /// The length from eye to eye \[pc\].
     pub distance_pc: f64,
@@ -124,7 +124,7 @@ pub(super) fn build(section: &Section, target_pc: f64) -> Result<Stereo> {
 /// One of two eyes in an image of all around.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eye {
-    /// How far it stands to the right of the camera \[pc\].
+    /// Offset to the right of the camera \[pc\].
     pub aside_pc: f64,
     /// The distance at which both eyes see one image \[pc\]; infinite for parallel eyes.
     pub convergence_pc: f64,
@@ -142,7 +142,7 @@ impl Eye {
         self.aside_pc * self.fade(d.dot(up).abs().atan2(side.length())) * side.try_normalize().unwrap_or(DVec3::ZERO)
     }
 
-    /// How far aside it stands at an angle above or below the horizon \[rad\], of the most \[1\].
+    /// Relative eye offset at an angle above or below the horizon \[rad\], \[1\].
     fn fade(&self, height: f64) -> f64 {
         let (from, to) = self.merge;
         if height >= to { 0.0 } else { (FRAC_PI_2 * ((height - from) / (to - from)).max(0.0)).cos() }

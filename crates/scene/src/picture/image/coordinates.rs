@@ -14,7 +14,7 @@ pub struct SkyCoordinates {
     pub step_deg: [f64; 2],
     /// CRVAL: the target, or the place over the image's own pole.
     pub reference_deg: [f64; 2],
-    /// How the image lies on the sky.
+    /// Position and orientation of the image on the sky.
     pub turned: Turned,
 }
 

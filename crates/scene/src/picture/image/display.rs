@@ -21,7 +21,7 @@ pub enum Level {
 pub struct Display {
     /// The matrix from bands to linear RGB.
     pub palette: Palette,
-    /// Whether each band is scaled to its own white level before the palette mixes them.
+    /// True if each band is scaled to its own white level before the palette mixes them.
     pub balance: bool,
     /// The curve from radiances to brightness.
     pub stretch: Stretch,
@@ -72,7 +72,7 @@ const WHITE_PERCENTILE: f64 = 0.998;
 const STRETCH_GAPS: usize = 1024;
 const CODE_GAPS: usize = 4096;
 
-/// How the bands of a pixel become a colour: a display whose levels are numbers.
+/// Conversion of the bands of a pixel to a colour: a display whose levels are numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tone {
     /// The matrix from balanced bands to linear RGB.

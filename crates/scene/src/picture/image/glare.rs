@@ -32,7 +32,7 @@ pub struct Glare {
     pub optics: &'static OpticsRow,
     /// λ/D at 550 nm, in thousandths of the picture's longer edge.
     pub size: f64,
-    /// How far the optics are turned, counterclockwise \[rad\].
+    /// Rotation of the optics, counterclockwise \[rad\].
     pub rotation: f64,
     /// The full width at half maximum of what the air does, in thousandths of the longer edge; 0 in space.
     pub seeing: f64,
@@ -209,7 +209,7 @@ fn put_planes(samples: &mut [f64], image: &Image, eye: usize, planes: &[Vec<f64>
     }
 }
 
-/// Whether the left and the right edge of a view are neighbours: a sphere by longitude, all around.
+/// True if the left and the right edge of a view are neighbours: a sphere by longitude, all around.
 fn closes(image: &Image, width: usize) -> bool {
     matches!(image.pixel, Some(PixelScale::PlateCarree(degrees)) if (width as f64 * degrees - 360.0).abs() < 1e-6)
 }

@@ -7,7 +7,7 @@ use super::Samples;
 pub enum LayerContent {
     /// A part of the picture's light, bands × height × width [W m⁻² sr⁻¹]: the sum of all such layers is the picture.
     Light,
-    /// How far the light of dust and gas comes from, 2 × height × width: the light of all bands times its distance
+    /// Mean distance of the light of dust and gas, 2 × height × width: the light of all bands times its distance
     /// [pc W m⁻² sr⁻¹], and the light [W m⁻² sr⁻¹].
     Depth,
     /// What dust lets through, 2 × height × width: its optical depth at V, and the part of light at V that it takes \[1\].

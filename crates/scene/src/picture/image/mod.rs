@@ -153,11 +153,11 @@ pub struct Image {
     pub notes: Vec<(String, String)>,
     /// What the picture says of itself in keywords.
     pub keywords: Vec<Keyword>,
-    /// How the picture is shown on a display.
+    /// Display settings of the picture.
     pub display: Display,
     /// What its light comes from, and where; none where nobody asked.
     pub layers: Vec<Layer>,
-    /// How files hold it that have a choice.
+    /// Encoding options of files.
     pub output: Output,
 }
 
@@ -232,7 +232,7 @@ impl Image {
         self.bands.iter().position(|band| band.name.strip_suffix(ERROR_SUFFIX) == Some(&self.bands[of].name))
     }
 
-    /// Whether a band holds the standard errors of another.
+    /// True if a band holds the standard errors of another.
     pub fn is_error(&self, band: usize) -> bool {
         (0..self.bands.len()).any(|of| self.errors_of(of) == Some(band))
     }

@@ -1,4 +1,4 @@
-//! How files hold a picture that have a choice.
+//! Encoding options of picture files.
 
 /// What stands behind a picture as layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,7 +31,7 @@ impl LayerChoice {
         Ok(choice)
     }
 
-    /// Whether there is any.
+    /// True if there is any.
     pub fn is_any(self) -> bool {
         self.light || self.depth || self.tau
     }
@@ -99,7 +99,7 @@ impl Compression {
         &[("none", Self::None), ("rle", Self::Rle), ("zips", Self::Zips), ("zip", Self::Zip), ("piz", Self::Piz), ("pxr24", Self::Pxr24)];
 }
 
-/// How files hold a picture that have a choice.
+/// Encoding options of picture files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Output {
     /// What stands behind the picture.
@@ -108,8 +108,8 @@ pub struct Output {
     pub channels: LayerChannels,
     /// The primaries of linear colours.
     pub colours: ColourSpace,
-    /// Whether colours are in single precision, and not in half.
+    /// True if colours are in single precision, and not in half.
     pub single: bool,
-    /// How the file is compressed.
+    /// Compression of the file.
     pub compression: Compression,
 }

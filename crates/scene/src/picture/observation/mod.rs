@@ -18,7 +18,7 @@ pub struct Observation {
     pub target: SkyPlace,
     /// The direction of the picture's up, from north through east \[rad\].
     pub position_angle: f64,
-    /// How far away the middle of an orthographic image is, from which its lengths become angles \[pc\].
+    /// Distance to the centre of an orthographic image, from which its lengths become angles \[pc\].
     pub distance_pc: Option<f64>,
     /// The unit of FITS files.
     pub unit: RadianceUnit,

@@ -69,7 +69,7 @@ impl RadianceUnit {
         }
     }
 
-    /// Whether a text of a file spells this unit: "MJy / sr" and "MJy sr-1" are "MJy/sr".
+    /// True if a text of a file spells this unit: "MJy / sr" and "MJy sr-1" are "MJy/sr".
     pub fn is_spelled(self, text: &str) -> bool {
         let sorted = |text: &str| {
             let mut symbols = unit_symbols(text);
@@ -127,7 +127,7 @@ impl RadianceUnit {
     }
 }
 
-/// How the radiances of a band become another unit.
+/// Conversion of the radiances of a band to another unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum InUnit {
     /// They are multiplied.

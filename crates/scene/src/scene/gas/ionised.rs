@@ -35,7 +35,7 @@ pub struct IonisedGas {
     pub by: String,
     /// The part of steps in which the gas did not settle.
     pub unsettled: f64,
-    /// Whether it was solved on few voxels, for a first look.
+    /// True if it was solved on few voxels, for a first look.
     pub is_rough: bool,
     /// Its species: one for each line that is seen, or some that always shine together, and one for the continuum.
     pub(in crate::scene) species: Vec<Glow>,

@@ -45,7 +45,7 @@ impl Species {
         species
     }
 
-    /// Whether a line shines as the first does.
+    /// True if a line shines as the first does.
     fn has_like(&self, line: &EmissionLine) -> bool {
         let first = self.lines[0];
         if (first.element, first.charge) != (line.element, line.charge) {
@@ -69,7 +69,7 @@ impl Species {
         Spectrum::of_lines(self.lines.iter().map(line).collect())
     }
 
-    /// How wide its lines are where atoms of a temperature \[K\] move by chance: √(8 ln 2 k T/m).
+    /// Thermal line width at a temperature \[K\]: √(8 ln 2 k T/m).
     pub fn thermal_fwhm(&self, kelvin: f64) -> Velocity {
         let metres_per_second = (8.0 * std::f64::consts::LN_2 * BOLTZMANN * kelvin / (self.lines[0].element.mass_u() * ATOMIC_MASS)).sqrt();
         Velocity(metres_per_second * 1e-3)

@@ -94,7 +94,7 @@ impl Relay {
         (0..3).all(is_voxel).then(|| [0, 1, 2].map(|axis| place[axis] as usize))
     }
 
-    /// Whether rays come in through sides, so that a pass must find their entries.
+    /// True if rays come in through sides, so that a pass must find their entries.
     pub fn has_entries(&self, frustum: usize) -> bool {
         self.frustums[frustum].has_side_entries()
     }
@@ -132,7 +132,7 @@ impl Relay {
         layers
     }
 
-    /// Whether a brick has rays to hand on, or voxels in the frustum.
+    /// True if a brick has rays to hand on, or voxels in the frustum.
     fn is_met(&self, number: usize, planes: &[usize], numbers: &Range<usize>, place: [usize; 3]) -> bool {
         let frustum = &self.frustums[number];
         let tiers = frustum.tiers().into_iter().filter(|tier| tier.end > numbers.start);

@@ -32,7 +32,7 @@ const MESH_UNITS: [([f64; 7], &str); 3] = [
 /// Longest axis whose coordinates are read, and most elements of an attribute that is.
 const LONGEST: usize = 1 << 20;
 const MOST: u64 = 64;
-/// How far coordinates may be from even steps, in parts of a step.
+/// Tolerance for unequal coordinate steps, relative to a step.
 const EVEN: f64 = 1e-3;
 
 /// The lower and the upper corner of a box by x, y and z, and their unit before them.
@@ -102,7 +102,7 @@ impl<'a> Place<'a> {
         Packing { scale, blank, valid, unsigned }
     }
 
-    /// Whether the file was written by the netCDF library.
+    /// True if the file was written by the netCDF library.
     fn is_netcdf(&self) -> bool {
         self.found.groups.first().is_some_and(|root| small(root.raw_attributes(), None) && root.attribute("_NCProperties").is_ok())
     }
@@ -277,7 +277,7 @@ fn own(dataset: &Dataset, name: &str) -> Option<Attribute> {
     small(dataset.raw_attributes(), Some(name)).then(|| dataset.attribute(name).ok()).flatten()
 }
 
-/// Whether the attributes of a name, or all, hold few elements: each of a list may be as long as the file.
+/// True if the attributes of a name, or all, hold few elements: each of a list may be as long as the file.
 fn small(attributes: hdf5_reader::error::Result<Vec<RawAttribute>>, name: Option<&str>) -> bool {
     let few = |attribute: &RawAttribute| {
         let is_list = matches!(attribute.message().datatype, Datatype::VarLen { .. } | Datatype::String { .. });

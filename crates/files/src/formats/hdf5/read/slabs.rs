@@ -37,7 +37,7 @@ pub struct Packing {
 const HUGE: f64 = 1e30;
 
 impl Packing {
-    /// Whether every number is as it is stored.
+    /// True if every number is as it is stored.
     pub fn is_plain(&self) -> bool {
         self.scale.is_none() && self.unsigned.is_none()
     }

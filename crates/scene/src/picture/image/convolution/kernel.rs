@@ -17,7 +17,7 @@ const UNRESOLVED: f64 = 0.5;
 
 /// The light of a point around its pixel, up to `reach` pixels away along both axes; all together one.
 pub struct Kernel {
-    /// How far it reaches \[pixels\].
+    /// Radius \[pixels\].
     pub reach: usize,
     /// Its values, row by row: (2 reach + 1)².
     pub values: Vec<f64>,

@@ -11,7 +11,7 @@ pub(crate) use spread::Spread;
 /// The farthest that light is spread \[pixels\].
 const MAX_REACH: usize = 2048;
 
-/// How far light is spread in a picture whose longer edge is so long \[pixels\].
+/// Radius of the glare in a picture with the given longer edge \[pixels\].
 pub(crate) fn reach(longer: usize) -> usize {
     (longer / 2).clamp(1, MAX_REACH)
 }

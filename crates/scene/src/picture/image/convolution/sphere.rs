@@ -44,7 +44,7 @@ pub(crate) struct Point {
     /// To the right and upwards in the picture, each of length one.
     right: DVec3,
     up: DVec3,
-    /// How far its light is seen \[pixels\].
+    /// Radius of visible light \[pixels\].
     radius: f64,
     /// Its light in each band, times the solid angle of its pixel relative to one in the middle.
     light: Vec<f64>,
@@ -76,7 +76,7 @@ impl Profile {
         Self { largest, within }
     }
 
-    /// How far light of a strength is above a level \[pixels\].
+    /// Radius within which light of a given strength exceeds a level \[pixels\].
     fn radius(&self, light: f64, level: f64) -> usize {
         self.largest.partition_point(|value| light * value > level)
     }
