@@ -152,7 +152,7 @@ class _Moved(Exception):
 
 
 class _Eye:
-    """Where a camera stands and what it looks at [pc]."""
+    """Position and target of a camera [pc]."""
 
     def __init__(self, camera: dict[str, Any]):
         self.target = _place(camera.get("target", "0 0 0 pc"))
@@ -204,7 +204,7 @@ class _Range:
 
     @property
     def at(self) -> float:
-        """Where the value lies, from 0 to 1."""
+        """Position of the value, from 0 to 1."""
         value, low, high = self._value, self._low, self._high
         share = math.log(max(value, low) / low) / math.log(high / low) if self._by_ratio else (value - low) / (high - low)
         return min(max(share, 0.0), 1.0)

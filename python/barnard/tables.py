@@ -558,7 +558,7 @@ class CameraPath(Table):
 
 
 class Camera(Table):
-    """Where the observer is; `kind` chooses the projection.
+    """Camera; `kind` selects the projection.
 
     Kinds
     -----

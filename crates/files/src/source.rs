@@ -1,4 +1,4 @@
-//! Where the files of a scene come from: a folder, or what is compiled in.
+//! Sources of the files of a scene: a folder, or what is compiled in.
 
 use std::borrow::Cow;
 use std::fs::File;

@@ -1,4 +1,4 @@
-//! Where the arrays of files lie in a scene, and what of them is read.
+//! Placement of arrays of files in a scene, and the parts that are read.
 
 use std::sync::Arc;
 

@@ -62,7 +62,7 @@ impl std::str::FromStr for Parameter {
     }
 }
 
-/// Where a free number stands, and how.
+/// Position and form of a free parameter.
 #[derive(Debug, Clone)]
 pub(crate) struct Held {
     key: String,

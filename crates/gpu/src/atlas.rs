@@ -1,4 +1,4 @@
-//! Where the pages of a volume stand in a texture.
+//! Positions of the pages of a volume in a texture.
 
 use barnard::volume::{Pages, Volume};
 

@@ -318,7 +318,7 @@ mod tests {
         })
     }
 
-    /// Where the sections of some plan's tables start: shaders need their names, whatever the plan.
+    /// Offsets of the sections of a plan's tables: shaders need their names, whatever the plan.
     fn offsets() -> Offsets {
         let plan = plan_of(&scene(8, ""));
         Layout::new(&plan, quads(&plan, 0), false).unwrap().offsets

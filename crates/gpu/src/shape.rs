@@ -78,9 +78,9 @@ pub struct Shape {
     pub terms: Vec<usize>,
     /// True if bands share their terms, and a ray sums each light at each of them.
     pub shared: bool,
-    /// Where the depths of each star that is marched stand among the channels.
+    /// Channel offsets of the optical depths of each marched star.
     pub star_slots: Vec<usize>,
-    /// Where the densities of each species of gas stand among the channels.
+    /// Channel offsets of the densities of each gas species.
     pub emitter_slots: Vec<usize>,
     pub inner: usize,
     pub brick_grids: usize,

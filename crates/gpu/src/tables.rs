@@ -153,7 +153,7 @@ impl Tables {
         self.place(volume.inner.bounds.high, 0.0);
     }
 
-    /// Where the pages of volumes stand in their atlases, whose numbers follow in `lists`.
+    /// Positions of the pages of volumes in their atlases, whose numbers follow in `lists`.
     pub fn paging(&mut self, quads: &[Quad], volumes: &[&Volume], lists: &mut Vec<u32>) {
         self.begin("PAGING");
         for volume in quads.iter().map(|quad| volumes[quad.volume]).filter(|volume| !volume.pages().is_whole()) {

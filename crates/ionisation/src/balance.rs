@@ -164,10 +164,10 @@ impl Photo {
     }
 }
 
-/// Where the light of recombinations is absorbed.
+/// Treatment of diffuse light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Diffuse {
-    /// Where it is made.
+    /// Production site.
     OnTheSpot,
     /// Farther from the star, along its rays.
     #[default]
@@ -187,16 +187,16 @@ pub struct Accuracy {
     pub thickness: f64,
     /// Light of a node that counts for that, in parts of all of it \[1\].
     pub counts: f64,
-    /// Where light is taken to be used up, in parts of all of it \[1\].
+    /// Fraction of the light below which a beam ends \[1\].
     pub used_up: f64,
 }
 
 impl Accuracy {
-    /// That of the reference.
+    /// Accuracy of the reference.
     pub const REFERENCE: Self = Self { is_exact: true, settled: 1e-7, depth: 0.1, thickness: 0.01, counts: 1e-6, used_up: 1e-5 };
-    /// That of a first look.
+    /// Accuracy of a first look.
     pub const COARSE: Self = Self { is_exact: false, settled: 3e-2, depth: 1.0, thickness: 0.15, counts: 3e-3, used_up: 1e-4 };
-    /// That of clouds in three dimensions.
+    /// Accuracy for clouds in three dimensions.
     pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.3, thickness: 0.12, counts: 1e-3, used_up: 1e-5 };
 }
 
@@ -253,7 +253,7 @@ pub struct Balance<'a> {
     pub abundances: &'a [f64; ELEMENTS],
     /// What light does to it.
     pub photo: &'a Photo,
-    /// Where its own light is absorbed.
+    /// Treatment of its diffuse light.
     pub diffuse: Diffuse,
     /// Rates at the temperature of the state.
     pub coefficients: &'a Coefficients,

@@ -88,7 +88,7 @@ impl Near {
 /// A step of a beam.
 #[derive(Debug, Clone)]
 pub struct Step {
-    /// Where it begins \[cm\].
+    /// Start \[cm\].
     pub inner_cm: f64,
     /// Its length \[cm\].
     pub thickness_cm: f64,

@@ -137,7 +137,7 @@ pub fn labels() -> Vec<&'static str> {
 pub struct Found<'a> {
     /// The power of a line by its label \[erg s⁻¹\].
     pub line: &'a dyn Fn(&str) -> f64,
-    /// Where hydrogen's front is \[cm\].
+    /// Radius of hydrogen's ionisation front \[cm\].
     pub radius_cm: f64,
     /// The part of helium's nuclei that are He⁺ for that of hydrogen's that are H⁺.
     pub helium: f64,

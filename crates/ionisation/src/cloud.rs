@@ -34,7 +34,7 @@ pub struct Cloud<'a> {
 /// A star: its place \[pc\], and its light in nodes that all stars have in common ([`IonisingLight::several`]).
 #[derive(Debug, Clone, Copy)]
 pub struct Star<'a> {
-    /// Where it is \[pc\].
+    /// Position \[pc\].
     pub place: DVec3,
     /// What ionises of its light.
     pub light: &'a IonisingLight,
@@ -43,13 +43,13 @@ pub struct Star<'a> {
 /// Settings of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Where light of recombinations is absorbed.
+    /// Treatment of diffuse light.
     pub diffuse: Diffuse,
     /// A temperature that all gas is held at \[K\], in place of the one at which heating and cooling are in balance.
     pub isothermal: Option<f64>,
     /// How exact beams are.
     pub accuracy: Accuracy,
-    /// Where several stars have settled: the part of all ions of hydrogen that a pass moves \[1\].
+    /// Convergence threshold with several stars: the part of all ions of hydrogen that a pass moves \[1\].
     pub change: f64,
     /// Passes at most; of several stars two are made at least.
     pub passes: usize,
@@ -79,7 +79,7 @@ pub struct Ionised {
     pub steps: u64,
     /// Of those, in how many the gas did not settle.
     pub unsettled: u64,
-    /// Who had light go through the gas: the processor or a device.
+    /// Device that traced light through the gas: the processor or a graphics device.
     pub by: String,
 }
 

@@ -41,7 +41,7 @@ pub enum IonisationError {
     Place {
         /// Which star.
         star: usize,
-        /// Where it is said to be.
+        /// Stated position.
         place: glam::DVec3,
     },
     /// More than there may be.

@@ -37,10 +37,10 @@ struct Walk<'a> {
     patch: Patch,
     direction: DVec3,
     beam: Beam<'a>,
-    /// Where it is, and where it leaves the cloud \[pc\].
+    /// Position, and exit from the cloud \[pc\].
     at: f64,
     far: f64,
-    /// Where its light was used up \[pc\].
+    /// End of its light \[pc\].
     dark: Option<f64>,
     /// The voxel that it is in, where it leaves it \[pc\], and the gas there.
     voxel: usize,

@@ -109,7 +109,7 @@ struct Slab<'a> {
     voxel: usize,
     gas: Gas,
     beam: Beam<'a>,
-    /// Where it begins, and where it ends \[cm\].
+    /// Start and end \[cm\].
     begin_cm: f64,
     end_cm: f64,
     rate: f64,

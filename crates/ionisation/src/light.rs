@@ -76,7 +76,7 @@ pub struct IonisingLight {
     pub photons: ByNode,
     /// The cross sections of [`ABSORBERS`] \[cm²\].
     pub weakening: [ByNode; ABSORBERS.len()],
-    /// Those times the energy that an electron gets \[eV cm²\].
+    /// Cross-sections times the energy of the electron \[eV cm²\].
     pub warming: [ByNode; ABSORBERS.len()],
     /// Those for light of recombinations that gives on what an electron had \[cm²\].
     pub thermal: [[f64; OWN_NODES]; ABSORBERS.len()],
@@ -180,7 +180,7 @@ impl IonisingLight {
         photons.into_iter().map(light).collect()
     }
 
-    /// That of a black body \[K\] with so many photons above 13.6 eV \[s⁻¹\].
+    /// Light of a black body \[K\] with the given rate of photons above 13.6 eV \[s⁻¹\].
     pub fn blackbody(temperature: f64, ionising: f64) -> Self {
         let photons = |energy: f64| energy * energy / (energy / (BOLTZMANN_EV * temperature)).exp_m1();
         let light = Self::new(photons);

@@ -22,7 +22,7 @@ const FORESEEN: f64 = 0.75;
 pub struct Trial {
     /// Nuclei of hydrogen \[cm⁻³\].
     pub hydrogen: f64,
-    /// Where it begins \[cm\].
+    /// Start \[cm\].
     pub inner: f64,
     /// Its length \[cm\].
     pub thickness: f64,

@@ -22,7 +22,7 @@ impl RayTracer for Processor {
 pub(crate) struct Tracers<'a> {
     task: Task<'a>,
     turns: Option<Box<dyn Turns + 'a>>,
-    /// Who traces.
+    /// Tracer.
     pub by: String,
 }
 

@@ -26,7 +26,7 @@ pub type Listener<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 pub struct Rays<'a> {
     /// What they go through.
     pub cloud: &'a Cloud<'a>,
-    /// Where they come from \[pc\].
+    /// Positions of their sources \[pc\].
     pub place: DVec3,
 }
 
@@ -79,7 +79,7 @@ impl Rays<'_> {
         self.cloud.voxel.min_element() * (WIDEST / solid_angle).sqrt()
     }
 
-    /// Where a ray from the star enters the cloud and leaves it \[pc\].
+    /// Entry and exit of a ray from the star \[pc\].
     pub fn clipped(&self, direction: DVec3) -> Option<(f64, f64)> {
         let (a, b) = ((self.cloud.low - self.place) / direction, (self.cloud.high() - self.place) / direction);
         let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
@@ -144,12 +144,12 @@ pub struct Way {
     /// The voxel that it is in.
     pub place: [usize; 3],
     dims: [usize; 3],
-    /// Where it meets the next face across each axis, and how far such faces are apart along it \[pc\].
+    /// Distances to the next face across each axis, and how far such faces are apart along it \[pc\].
     next: [f64; 3],
     apart: [f64; 3],
     /// True if it goes towards higher numbers.
     forward: [bool; 3],
-    /// Where it is, and ways that count as none \[pc\].
+    /// Position, and path lengths that count as zero \[pc\].
     pub at: f64,
     little: f64,
 }
@@ -161,7 +161,7 @@ impl Way {
         (self.place[2] * self.dims[1] + self.place[1]) * self.dims[0] + self.place[0]
     }
 
-    /// Where it leaves the voxel \[pc\].
+    /// Exit from the voxel \[pc\].
     #[inline(always)]
     pub fn exit(&self) -> f64 {
         self.next[0].min(self.next[1]).min(self.next[2]).max(self.at + self.little)

@@ -1,4 +1,4 @@
-//! Who has the light of stars go through gas that is known: the processor, or a device that the caller brings.
+//! Tracer of starlight through known gas: the processor, or a device that the caller brings.
 //!
 //! A [`RayTracer`] takes up a cloud and its stars, and brings [`Turns`]: in each, light goes through what is known of the gas by
 //! then. What comes to voxels does not depend on who has brought it, but for the rounding of single precision.
@@ -19,7 +19,7 @@ pub struct Task<'a> {
     pub cloud: &'a Cloud<'a>,
     /// At least one star.
     pub stars: &'a [Star<'a>],
-    /// Where light is taken to be used up, in parts of all of a star's \[1\].
+    /// Fraction of a star's light below which a beam ends \[1\].
     pub used_up: f64,
     /// The opacity of neutral gas by node, for one nucleus of hydrogen \[cm²\].
     pub dark: ByNode,

@@ -59,7 +59,7 @@ fn sum_but(values: &[Vec<f32>], but: usize) -> Vec<f32> {
 struct Transport<'a> {
     rays: Rays<'a>,
     by: ByStar,
-    /// Where light is used up, in parts of all.
+    /// Fraction of the light below which a beam ends.
     used_up: f32,
     /// What is known of the gas; nothing where it is taken to be clear.
     voxels: Option<&'a [Voxel]>,
@@ -67,7 +67,7 @@ struct Transport<'a> {
     dark: Nodes,
     /// By voxel, ionisations of hydrogen by the light of all other stars \[s⁻¹\].
     others: &'a [f32],
-    /// Where it comes.
+    /// Next position.
     lit: &'a Lit,
     /// Fraction that stays.
     kept: Kept,

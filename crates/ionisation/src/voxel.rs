@@ -86,7 +86,7 @@ impl ByStar {
 
 /// A ray in a voxel.
 pub(crate) struct Crossing {
-    /// Where it begins, and how long it is \[cm\].
+    /// Start and length \[cm\].
     pub inner: f64,
     /// \[cm\]
     pub thickness: f64,

@@ -58,7 +58,7 @@ pub fn fit_pixels(
     Ok(FitPixels(Held { name, values, sigma, mask }))
 }
 
-/// Where pixels come from.
+/// Source of pixels.
 #[derive(FromPyObject)]
 pub enum Source<'py> {
     Held(PyRef<'py, FitPixels>),

@@ -124,7 +124,7 @@ impl Image {
         Ok(keywords)
     }
 
-    /// Where the axis of view meets the image, from its middle to the right and upwards [pixels].
+    /// Position of the optical axis in the image, from its middle to the right and upwards [pixels].
     #[getter]
     fn axis(&self) -> (f64, f64) {
         self.image.axis

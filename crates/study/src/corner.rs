@@ -90,7 +90,7 @@ impl Corner {
     }
 }
 
-/// Where two normal numbers of a correlation, in standard errors, are equally probable.
+/// Ellipse of equal probability of two correlated normal variables, in standard errors.
 fn ellipse(correlation: f64, distance: f64) -> Vec<(f64, f64)> {
     // Along both diagonals, which are its axes.
     let [along, across] = [1.0 + correlation, 1.0 - correlation].map(|of| distance * (0.5 * of).max(0.0).sqrt());

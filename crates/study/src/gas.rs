@@ -62,7 +62,7 @@ pub fn write(name: &str, gas: &IonisedGas, folder: &Path, control: &Control) -> 
 /// A cloud, and what was found of it.
 struct Run<'a> {
     cloud: &'a GasCloud,
-    /// Where its light comes from, the mean of its stars \[pc\].
+    /// Mean position of its stars \[pc\].
     centre: DVec3,
     /// By ion of [`IONS`] its density beside that of its element's nuclei, times that of hydrogen's nuclei; n_p n_e, and that
     /// times T; n_e times He⁺ and H⁺ in parts of their elements.

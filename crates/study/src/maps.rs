@@ -15,7 +15,7 @@ pub struct Map {
     pub title: String,
     /// Columns and rows.
     pub size: (usize, usize),
-    /// Where the plane begins and ends, across and upwards \[pc\].
+    /// Extent of the plane, across and upwards \[pc\].
     pub across: (f64, f64),
     /// See [`across`](Self::across).
     pub upwards: (f64, f64),

@@ -1,4 +1,4 @@
-//! Where pictures are made: plans that are kept, marches at several sizes, colours.
+//! Render thread: plans that are kept, marches at several sizes, colours.
 
 use std::sync::Arc;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! Where a packet's rays run through a lattice.
+//! Track of a packet's rays through a lattice.
 
 use glam::DVec3;
 

@@ -48,7 +48,7 @@ pub struct Volume {
     pub lattice: Lattice,
     /// What each channel holds.
     pub channels: Vec<Channel>,
-    /// Where the voxels stand in memory.
+    /// Memory layout of the voxels.
     pub(crate) pages: Pages,
     /// The values, page by page: depth × height × width × channels, in parts of their channels' units.
     pub(crate) values: Values,
@@ -285,7 +285,7 @@ impl Volume {
         cells.find(|cell| self.pages.holds(*cell))
     }
 
-    /// Where the voxels stand in memory.
+    /// Memory layout of the voxels.
     pub fn pages(&self) -> &Pages {
         &self.pages
     }

@@ -1,4 +1,4 @@
-//! Where the voxels of a volume stand in memory: in one page, or in many, of which those that are empty take none.
+//! Memory layout of the voxels of a volume: in one page, or in many, of which those that are empty take none.
 //!
 //! A page is a cuboid of cells, the spaces between voxel centres, with all voxels around them: the face between two
 //! pages stands in both, so that the corners of a cell always lie in one page, as far apart as in any other. Places in
@@ -20,7 +20,7 @@ pub struct Pages {
     counts: [usize; 3],
     /// The number of each page in memory, x fastest; zero where it is not held, and where there is one page alone.
     slots: Vec<u32>,
-    /// Where the pages that are held begin \[voxels\], in the order of memory; without that of nothing.
+    /// Origins of the resident pages \[voxels\], in the order of memory; without that of nothing.
     firsts: Vec<[usize; 3]>,
     /// Pages of nothing before those: one, or none where all voxels have one page.
     empty: usize,
@@ -32,7 +32,7 @@ impl Pages {
         Self { cells: dims.map(|n| n - 1), counts: [1; 3], slots: vec![0], firsts: vec![[0; 3]], empty: 0 }
     }
 
-    /// Those pages of a lattice that are held, given the voxels along each axis that a page has.
+    /// Resident pages of a lattice, given the voxels along each axis that a page has.
     pub fn held(dims: [usize; 3], is_held: impl Fn([Range<usize>; 3]) -> bool + Sync) -> Self {
         let counts = dims.map(|n| (n - 1).div_ceil(PAGE));
         let first = |page: usize| [page % counts[0], page / counts[0] % counts[1], page / (counts[0] * counts[1])].map(|i| i * PAGE);

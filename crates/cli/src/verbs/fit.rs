@@ -40,19 +40,19 @@ pub struct Fit {
     /// What is free, parted by commas: keys with bounds and priors
     #[arg(long, value_name = "KEYS")]
     free: String,
-    /// Where values, covariance and errors go as JSON
+    /// Path of values, covariance and errors as JSON
     #[arg(short, long, value_name = "OUT.json")]
     output: Option<PathBuf>,
-    /// Where the scene goes with the values that were found
+    /// Path of the scene with the fitted values
     #[arg(long, value_name = "OUT.toml")]
     found: Option<PathBuf>,
-    /// Where residuals go, data less model and standard errors: left.fits, or left_%d.fits for several images
+    /// Path of residuals (data minus model) and standard errors: left.fits, or left_%d.fits for several images
     #[arg(long, value_name = "OUT.fits")]
     residuals: Option<PathBuf>,
-    /// Where a plot of the residuals in standard errors goes, beside what noise makes of them (.svg or .png)
+    /// Path of a plot of the residuals in standard errors, beside what noise makes of them (.svg or .png)
     #[arg(long, value_name = "OUT")]
     plot: Option<PathBuf>,
-    /// Where a corner plot goes: how well each parameter is known, and how any two go together (.svg or .png)
+    /// Path of a corner plot: how well each parameter is known, and how any two go together (.svg or .png)
     #[arg(long, value_name = "OUT")]
     corner: Option<PathBuf>,
 }
@@ -62,7 +62,7 @@ pub struct Fit {
 enum Unsaid {
     /// The unit of its values
     Unit,
-    /// Where it lies on the sky
+    /// Position on the sky
     Place,
 }
 

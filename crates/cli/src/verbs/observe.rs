@@ -31,10 +31,10 @@ use crate::verbs::frames::named;
 pub struct Observe {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where the master goes: .fits (errors and mask too), .exr, .npy, .png and so on; as often as there are files to write
+    /// Path of the master: .fits (errors and mask too), .exr, .npy, .png and so on; as often as there are files to write
     #[arg(short, long, value_name = "OUT")]
     output: Vec<PathBuf>,
-    /// Where the frames of counts go, as raw_%03d.fits or raw_###.fits: one for each number
+    /// Path of the frames of counts, as raw_%03d.fits or raw_###.fits: one for each number
     #[arg(long, value_name = "PATTERN")]
     raw: Option<PathBuf>,
     /// An instrument in place of the scene's; `barnard list instruments` names them

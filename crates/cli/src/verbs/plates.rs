@@ -24,7 +24,7 @@ use crate::source::SceneArgs;
 pub struct MakePlates {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where the plates go: a .plates file, which NumPy reads as .npz
+    /// Path of the plates: a .plates file, which NumPy reads as .npz
     #[arg(short, long, value_name = "OUT", required = true)]
     output: PathBuf,
     /// The shortest and the longest wavelength that they will serve (default: the passbands of the scene and a tenth beyond)

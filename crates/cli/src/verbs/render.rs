@@ -37,7 +37,7 @@ use crate::{outputs, progress};
 pub struct Render {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where to: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); as often as there are files to write
+    /// Output path: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); as often as there are files to write
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
     /// What renders

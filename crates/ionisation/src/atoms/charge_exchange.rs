@@ -34,7 +34,7 @@ pub enum Exchange {
         d: f64,
         /// dE \[10⁴ K\]
         energy: f64,
-        /// Where the fit begins and ends \[K\].
+        /// Range of the fit \[K\].
         low: f64,
         /// \[K\]
         high: f64,

@@ -41,7 +41,7 @@ impl Element {
         Self::Silicon,
         Self::Sulphur,
     ];
-    /// Those beside hydrogen and helium.
+    /// Elements other than hydrogen and helium.
     pub const METALS: [Self; ELEMENTS - 2] =
         [Self::Carbon, Self::Nitrogen, Self::Oxygen, Self::Neon, Self::Magnesium, Self::Silicon, Self::Sulphur];
 

@@ -11,7 +11,7 @@ pub struct Helium;
 
 /// The photon with which triplets reach the ground level \[eV\].
 pub const TRIPLET_EV: f64 = 19.82;
-/// That of 584 Å, from 2 ¹P \[eV\].
+/// Energy of the 584 Å line, from 2 ¹P \[eV\].
 pub const LYMAN_ALPHA_EV: f64 = 21.22;
 /// The mean of those photons above 13.6 eV into which 2 ¹S decays: between 13.6 and 20.6 eV, more of them below \[eV\].
 pub const TWO_PHOTON_EV: f64 = 16.0;
@@ -34,7 +34,7 @@ pub const STRIPPED_EV: f64 = (0.7 * 40.81 + 0.3 * 0.736 * 31.1) / (0.7 + 0.3 * 0
 /// See [`STRIPPED`].
 #[derive(Debug, Clone, Copy)]
 pub struct Stripped {
-    /// Those that ionise helium as well: Lyman α, and the harder ones of two photons.
+    /// Photons that ionise helium as well: Lyman α, and the harder ones of two photons.
     pub hard: f64,
     /// The softer ones of two photons, of about as much as those of triplets of helium.
     pub soft: f64,

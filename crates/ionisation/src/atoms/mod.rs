@@ -22,9 +22,9 @@ use spectra::constants::{BOLTZMANN, ELECTRONVOLT};
 
 /// Boltzmann's constant \[eV K⁻¹\].
 pub const BOLTZMANN_EV: f64 = BOLTZMANN / ELECTRONVOLT;
-/// Where hydrogen is ionised \[eV\].
+/// Ionisation energy of hydrogen \[eV\].
 pub const HYDROGEN_EV: f64 = 13.6;
-/// Where helium is ionised \[eV\].
+/// Ionisation energy of helium \[eV\].
 pub const HELIUM_EV: f64 = 24.59;
 /// The electronvolt \[erg\].
 pub const ERG_PER_EV: f64 = 1e7 * ELECTRONVOLT;

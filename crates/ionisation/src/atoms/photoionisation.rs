@@ -12,9 +12,9 @@ const TABLE: &str = include_str!("../../data/photoionisation.csv");
 /// A cross section for light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossSection {
-    /// Where it begins \[eV\].
+    /// Lower edge \[eV\].
     pub threshold_ev: f64,
-    /// Where the fit ends \[eV\].
+    /// Upper limit of the fit \[eV\].
     pub end_ev: f64,
     e_0: f64,
     sigma_0: f64,

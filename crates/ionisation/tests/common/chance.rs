@@ -134,7 +134,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Where a photon is absorbed behind a depth; nowhere where it leaves the cloud.
+    /// Absorption point of a photon after an optical depth; nowhere where it leaves the cloud.
     fn fly(&self, start: DVec3, direction: DVec3, sigma: f64, mut depth: f64, sums: &mut [f64]) -> Option<DVec3> {
         let Cloud { dims, low, voxel, .. } = self.cloud;
         let within = (start - *low) / *voxel;

@@ -157,7 +157,7 @@ impl Timeline {
         self.tracks.iter().map(|(place, track, _)| (place.as_str(), track))
     }
 
-    /// Where the camera is on its path at a moment \[s\], in pc; none where it follows none.
+    /// Camera position on its path at a moment \[s\], in pc; `None` without a path.
     pub fn position(&self, time: f64) -> Option<DVec3> {
         self.path.as_ref()?.position(time)
     }

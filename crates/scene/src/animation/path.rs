@@ -118,7 +118,7 @@ impl CameraPath {
         self.span.1
     }
 
-    /// Where the camera is at a moment \[s\], in pc; none where its place stays.
+    /// Camera position at a moment \[s\], in pc; `None` for a static camera.
     pub fn position(&self, time: f64) -> Option<DVec3> {
         let (_, curve) = self.vectors.iter().find(|(own, _)| *own == "position")?;
         Some(DVec3::from_slice(&curve.at(self.on_way(self.eased(time)))))

@@ -14,7 +14,7 @@ pub enum Error {
     Scene {
         /// What is wrong and what would be right.
         message: String,
-        /// Where: file and line where there is a text, table and key.
+        /// Location: file and line of a text, or table and key.
         place: Place,
     },
     /// An argument that no object can be made of.

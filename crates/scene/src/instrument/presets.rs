@@ -15,7 +15,7 @@ pub struct Preset {
     pub name: &'static str,
     /// What it is, in one line.
     pub summary: &'static str,
-    /// Where the numbers are from.
+    /// Source of the numbers.
     pub source: &'static str,
     /// Makes it.
     pub make: fn() -> Instrument,

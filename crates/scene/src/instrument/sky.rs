@@ -48,7 +48,7 @@ const ZODIACAL: [(f64, f64); 16] = [
     (100.0, 0.32),
     (140.0, 0.069),
 ];
-/// Where its magnitude is said \[µm\].
+/// Wavelength of its magnitude \[µm\].
 const AT_V_UM: f64 = 0.55;
 
 impl Default for Sky {

@@ -179,7 +179,7 @@ fn direct_points(scene: &Scene, camera: &Camera, lights: &[Light]) -> Vec<Point>
 /// A distance at which two eyes see a star alike [pc].
 const SKY_PC: f64 = 1e12;
 
-/// Where a direction of the sky appears \[pixels\], if a star there touches the image.
+/// Image position of a direction of the sky \[pixels\], if a star there touches the image.
 fn place_of(direction: DVec3, camera: &Camera) -> Option<(f64, f64)> {
     camera.project(camera.position + SKY_PC * direction).filter(|place| touches(camera, *place))
 }
@@ -192,7 +192,7 @@ fn touches(camera: &Camera, (column, row): (f64, f64)) -> bool {
     is_near || (may_cross && !shares_on_sphere(camera, column, row).is_empty())
 }
 
-/// Where a star of the star field appears, if it touches the image; `first` is the light of the first class.
+/// Image position of a star of the star field, if it touches the image; `first` is the light of the first class.
 fn field_point(star: &FieldStar, camera: &Camera, first: usize) -> Option<Point> {
     let (column, row) = place_of(star.direction(), camera)?;
     Some(Point { column, row, light: first + star.class, gain: star.gain, length: f64::INFINITY })

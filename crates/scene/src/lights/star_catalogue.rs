@@ -32,7 +32,7 @@ pub struct StarClass {
 pub struct CatalogueStar {
     /// The name; empty where it has none.
     pub name: String,
-    /// Where it is, of length one: x to right ascension 0, z to the pole, ICRS.
+    /// Unit vector towards it: x to right ascension 0, z to the pole, ICRS.
     pub direction: DVec3,
     /// The numbers of its classes, and how many times their light it has.
     pub shares: [(usize, f64); 2],

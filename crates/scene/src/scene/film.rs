@@ -34,9 +34,9 @@ pub(super) type Nearest = [(Knot, f64); 3];
 
 /// By how much the light of a star may change between solutions, as a natural logarithm.
 const DIMMED: f64 = 0.1;
-/// Where the light of a star is compared that ionises hydrogen \[µm\].
+/// Wavelengths at which ionising starlight is compared \[µm\].
 const IONISING_UM: f64 = 0.08;
-/// Where the light of a star is compared that dust scatters \[µm\].
+/// Wavelengths at which scattered starlight is compared \[µm\].
 const VISIBLE_UM: f64 = 0.55;
 /// Least frames between knots. Differences between solutions are noise of the voxels, which grows with their number.
 const SMOOTH: f64 = 5.0;

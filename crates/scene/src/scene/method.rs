@@ -24,7 +24,7 @@ pub struct MethodEntry {
     pub star_depth: StarDepthSource,
 }
 
-/// Where the optical depth from a star to a sample comes from.
+/// Source of the optical depth from a star to a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StarDepthSource {
     /// Star depths are read from a grid that is made once.

@@ -92,7 +92,7 @@ pub struct Scene {
     pub spectrograph: Option<Spectrograph>,
     /// Display settings of the picture.
     pub display: Display,
-    /// Where on the sky it is seen; none where nobody said.
+    /// Position on the sky, if stated.
     pub observation: Option<Observation>,
     /// What records the picture; none where nobody said.
     pub instrument: Option<Arc<Instrument>>,

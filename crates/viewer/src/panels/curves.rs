@@ -85,7 +85,7 @@ impl Strip {
         self.rect.left() + (time / self.duration) as f32 * self.rect.width()
     }
 
-    /// Where a number is drawn: below the words, and a little above the lower edge.
+    /// Position of a number: below the words, and a little above the lower edge.
     fn y(&self, value: f64) -> f32 {
         let (low, high) = self.range;
         let part = if high > low { (value - low) / (high - low) } else { 0.5 };
@@ -125,7 +125,7 @@ fn words(numbers: &[f64], unit: &str) -> String {
     format!("{} {unit}", numbers.join(" "))
 }
 
-/// Where the camera goes on its path; its keys are those of the bar.
+/// Path of the camera; its keys are those of the bar.
 fn way(ui: &mut Ui, app: &mut App, timeline: &Timeline) {
     let numbers = |time| timeline.position(time).map(|p| p.to_array().to_vec());
     let now = numbers(app.clock.time).map_or_else(String::new, |place| words(&place, "pc"));

@@ -1,4 +1,4 @@
-//! Where one looks, and what is read off there.
+//! Probe position and its readings.
 
 use barnard_viewer::app::App;
 use barnard_viewer::comparison::With;

@@ -4,7 +4,7 @@ use crate::geometry::{Bounds, Ray};
 use crate::packet::LANES;
 use crate::plan::SpatialPlan;
 
-/// Where a part of each ray starts and ends [pc].
+/// Start and end of a part of each ray [pc].
 pub type Span = ([f64; LANES], [f64; LANES]);
 
 /// By how much the border of a part of space is moved out where rays are asked whether they cross it, in parts of the

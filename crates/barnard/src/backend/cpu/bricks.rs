@@ -114,7 +114,7 @@ impl Whole {
         &self.plan
     }
 
-    /// Where the voxels and the bricks are.
+    /// Positions of the voxels and the bricks.
     pub fn partition(&self) -> &Partition {
         &self.partition
     }

@@ -10,7 +10,7 @@ use crate::plan::{PhaseEntry, PhaseTable, Plan, Scatterer};
 pub(super) struct Context<'a> {
     pub plan: &'a Plan,
     pub tables: &'a Tables,
-    /// Where channels stand in a sample.
+    /// Offsets of channels in a sample.
     pub slots: Slots,
     /// The edge of the smallest voxel [pc].
     pub voxel_pc: f64,

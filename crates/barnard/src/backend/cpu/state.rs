@@ -9,7 +9,7 @@ use crate::packet::{LANES, Lane};
 use crate::plan::Plan;
 use crate::volume::Channel;
 
-/// Where the channels of all volumes stand in a sample.
+/// Offsets of the channels of all volumes in a sample.
 pub(super) struct Slots {
     pub(super) count: usize,
     /// First slot of each volume.
@@ -59,7 +59,7 @@ pub(super) struct State<'a> {
     pub(super) drawn: Drawn,
     /// True if no later span and no background asks for τ at the end of this one.
     pub(super) final_span: bool,
-    /// Where the current span starts and ends.
+    /// Start and end of the current span.
     pub(super) span: Span,
     pub(super) dt: Lane,
     pub(super) tau: Lane,
@@ -70,7 +70,7 @@ pub(super) struct State<'a> {
     /// Scattered light so far where it comes from the light field, element × polynomial × lane.
     pub(super) channels: Vec<Lane>,
     pub(super) deepest: Lane,
-    /// Where distances are measured, light so far times the distance that it comes from.
+    /// Radiance so far times its distance, if distances are measured.
     pub(super) moments: Option<Moments>,
 }
 
@@ -110,7 +110,7 @@ pub(super) struct StarView {
     pub(super) wide: Range<usize>,
 }
 
-/// Where a segment starts and how long it is, in steps.
+/// Start and length of a segment, in steps.
 #[derive(Clone, Copy)]
 pub(super) struct StepSpan {
     pub(super) start: f32,

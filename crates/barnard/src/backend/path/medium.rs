@@ -26,7 +26,7 @@ pub struct Medium<'a> {
 /// A leg of a path.
 #[derive(Debug, Clone, Copy)]
 pub struct Leg {
-    /// Where it goes.
+    /// Direction of flight.
     pub ray: Ray,
     /// True if it begins at the eye, which sees detail; light between two scatterings, and that of stars, does not.
     pub from_eye: bool,
@@ -132,7 +132,7 @@ impl<'a> Medium<'a> {
         through
     }
 
-    /// Where the dust begins and ends along a ray [pc].
+    /// Start and end of the dust along a ray [pc].
     pub fn extent(&self, ray: &Ray) -> Option<(f64, f64)> {
         self.dust.density.bounds().clip(ray)
     }

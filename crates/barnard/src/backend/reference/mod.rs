@@ -222,7 +222,7 @@ impl<'a> Truth<'a> {
         points::draw(Sources::All, self.scene, &self.scene.camera, &self.lights, fluxes, self.control, add)
     }
 
-    /// Where the last field ends along a ray [pc].
+    /// End of the last field along a ray [pc].
     fn horizon(&self, ray: &Ray) -> f64 {
         self.scene.densities().filter_map(|f| f.bounds().clip(ray)).map(|(_, far)| far).fold(0.0, f64::max)
     }

@@ -37,7 +37,7 @@ pub(super) struct Steps {
     pub(super) ends: Vec<End>,
 }
 
-/// Where a step begins and ends, and which of the places that are looked at stand for its two ends.
+/// Start and end of a step, and which of the places that are looked at stand for its two ends.
 pub(super) struct Step {
     pub(super) from: f64,
     pub(super) to: f64,

@@ -35,11 +35,11 @@ pub struct Plane {
     pub unit: Option<String>,
     /// Its values, the first row on top; NaN where the file has none.
     pub values: Vec<f64>,
-    /// Where its pixels are on the sky, where it says so.
+    /// World coordinates of its pixels, if stated.
     pub sky: Option<Sky>,
 }
 
-/// Where pixels are on the sky: the part of a world coordinate system that flat pictures need, FITS papers I and II.
+/// World coordinates of pixels: the part of a world coordinate system that flat pictures need, FITS papers I and II.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sky {
     kinds: [String; 2],
@@ -176,7 +176,7 @@ pub fn observed(path: &Path, memory_limit: u64) -> Result<Observed> {
     Ok(Observed { width, height, planes: all })
 }
 
-/// Where the pixels of a picture are on the sky, as its file would say; none where nobody said.
+/// World coordinates of a picture, as in its file; `None` if not stated.
 ///
 /// # Errors
 /// Where it cannot be written as FITS.

@@ -15,14 +15,14 @@ pub struct Table {
     /// Bytes of a row.
     pub row: usize,
     rows: usize,
-    /// Where the lists begin, from the first row on.
+    /// Starts of the lists, from the first row on.
     pub heap: u64,
     columns: Vec<Column>,
 }
 
 struct Column {
     name: String,
-    /// Where it begins in a row, and its format.
+    /// Offset in a row, and format.
     at: usize,
     format: String,
 }
@@ -97,7 +97,7 @@ impl Table {
         Ok(columns)
     }
 
-    /// Where the list of a cell begins among the lists, and its bytes.
+    /// Start of a cell's list, and its bytes.
     pub fn list(&self, name: &str, cells: &[u8]) -> Option<(u64, u64)> {
         let (format, cell) = self.column(name, cells)?;
         let (count, from) = match format.chars().next()? {

@@ -16,7 +16,7 @@ use crate::formats::gather::{Block, Gather, cut, lines};
 use crate::formats::numbers::{Number, Stored};
 use crate::formats::{Kept, Request, exactly};
 
-/// Where an image's tiles are, and how they are packed.
+/// Positions and compression of an image's tiles.
 struct Tiles<'h> {
     header: &'h Header,
     /// Lengths of the image's and the tiles' axes, the fastest first.

@@ -24,7 +24,7 @@ fn primary(image: &Image, keywords: &[Keyword]) -> Vec<u8> {
     primary.finish()
 }
 
-/// Who made a file, and what it says of itself: keywords beside those of the image.
+/// Provenance of a file: keywords beside those of the image.
 fn origin(primary: &mut Cards, image: &Image, keywords: &[Keyword]) {
     primary.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
     primary.text("DATE", &now(), "UTC, when the file was written");

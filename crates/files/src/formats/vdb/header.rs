@@ -46,7 +46,7 @@ pub type Metadata = HashMap<String, String>;
 pub struct Transform {
     /// Columns are where a step along each axis of the voxels goes.
     pub matrix: [[f64; 3]; 3],
-    /// Where the voxel 0, 0, 0 is.
+    /// Index of voxel (0, 0, 0).
     pub origin: [f64; 3],
 }
 

@@ -145,7 +145,7 @@ fn topology(leaves: &[Leaf]) -> Vec<u8> {
     bytes
 }
 
-/// Where the node of a level that holds a leaf begins.
+/// Origin of the node that contains a leaf.
 fn node_of(leaf: &Leaf, level: usize) -> [usize; 3] {
     leaf.low.map(|i| i / EDGES[level] * EDGES[level])
 }

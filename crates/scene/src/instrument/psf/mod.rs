@@ -31,7 +31,7 @@ pub struct View<'a> {
     pub reach: usize,
 }
 
-/// Where the light of a point goes, which can be implemented outside of this crate.
+/// Point-spread function. It can be implemented outside of this crate.
 pub trait PointSpread: std::fmt::Debug + Send + Sync {
     /// The light by pixel, all together one; none where pixels are too wide to tell.
     ///

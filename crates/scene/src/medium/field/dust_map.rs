@@ -22,7 +22,7 @@ pub struct DustMap {
     unit: Option<&'static str>,
     /// Extinction at V that a value of one is \[mag/pc\].
     extinction: f64,
-    /// Where the array begins, and the edge of its voxels \[pc\], x slowest; nothing where its file says it.
+    /// Origin of the array and the edge of its voxels \[pc\], x slowest; nothing where its file says it.
     corner: Option<([f64; 3], f64)>,
 }
 

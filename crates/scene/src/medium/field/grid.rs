@@ -123,7 +123,7 @@ impl Grid {
         along(2).any(|z| self.largest([along(0), along(1), z..z + 1]) > 0.0)
     }
 
-    /// Where the voxels are.
+    /// Positions of the voxels.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }

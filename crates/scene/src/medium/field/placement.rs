@@ -1,4 +1,4 @@
-//! Where the array of a file lies in a scene, and what of it is read.
+//! Placement of a file's array in a scene, and the part that is read.
 
 use glam::DVec3;
 use spectra::units::{Length, MemorySize, Quantity};

@@ -41,7 +41,7 @@ pub struct Plummer {
     cut: f64,
 }
 
-/// Where it is cut unless told otherwise, in Plummer radii.
+/// Default cut-off, in Plummer radii.
 const CUT: f64 = 5.0;
 
 impl Plummer {

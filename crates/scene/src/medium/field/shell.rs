@@ -59,7 +59,7 @@ impl Shell {
     }
 }
 
-/// Where the wall is cut, in standard deviations: 4e-6 of its height.
+/// Cut-off of the wall, in standard deviations: 4e-6 of its height.
 const CUT: f64 = 5.0;
 
 impl Field for Shell {

@@ -1,4 +1,4 @@
-//! Where an expression can be other than zero: its operators on boxes in place of numbers.
+//! Support of an expression: its operators on boxes in place of numbers.
 //!
 //! A sum is not zero where any of its terms is not, a product where all of its factors are not, and so on; what has a
 //! value outside of all boxes (a number, cos, exp) is everywhere. The box that comes out holds every place where the
@@ -118,7 +118,7 @@ impl Operand for Support {
     }
 }
 
-/// Where a normalised formula can be other than zero, of `variables` in the order of their names; everywhere where
+/// Support of a normalised formula, of `variables` in the order of their names; everywhere where
 /// nothing is known of it.
 pub(super) fn support(normalised: &str, variables: &[Support]) -> Support {
     let parsed = FlatEx::<Support, FieldOperators>::parse(normalised);

@@ -39,7 +39,7 @@ pub enum Projection {
     },
     /// All rays start at one point, in directions that angles tell.
     Panorama {
-        /// Where in the image which direction is.
+        /// Mapping between image positions and directions.
         layout: Layout,
         /// Half the width of the image \[rad; on a cube, halves of a face's edge\].
         half_width: f64,
@@ -69,7 +69,7 @@ impl Projection {
     const CUBE: Self = Self::Panorama { layout: Layout::Cube, half_width: 1.0 };
 }
 
-/// Where the observer is, and what they see.
+/// Position of the observer and the field of view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// The eye, or the middle of the image plane \[pc\].
@@ -408,7 +408,7 @@ impl Camera {
         }
     }
 
-    /// Where the axis of view meets the image, from its middle to the right and upwards \[pixels\].
+    /// Position of the optical axis in the image, from its middle to the right and upwards \[pixels\].
     pub fn axis(&self) -> (f64, f64) {
         let half = 0.5 * self.width as f64;
         (-half * self.offset.0, -half * self.offset.1)

@@ -136,7 +136,7 @@ pub struct Eye {
 const HALVINGS: usize = 64;
 
 impl Eye {
-    /// Where the eye stands that sees direction `d`, from the camera \[pc\].
+    /// Offset of the eye for direction `d` from the camera \[pc\].
     fn offset(&self, d: DVec3, up: DVec3) -> DVec3 {
         let side = d.cross(up);
         self.aside_pc * self.fade(d.dot(up).abs().atan2(side.length())) * side.try_normalize().unwrap_or(DVec3::ZERO)

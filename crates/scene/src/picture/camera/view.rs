@@ -1,4 +1,4 @@
-//! Where a camera sees what, as matrices: what OpenEXR and programs that lay pictures over each other ask for.
+//! Camera matrices: what OpenEXR and programs that lay pictures over each other ask for.
 
 use super::{Camera, Projection};
 use crate::image::View;

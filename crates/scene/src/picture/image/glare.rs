@@ -177,7 +177,7 @@ impl Glare {
         Haze { halo, air }
     }
 
-    /// Where the light of a point goes in a picture whose longer edge is so long.
+    /// Kernel of a point in a picture with the given longer edge.
     fn kernel(&self, band: &Band, longer: usize, haze: &Haze) -> Kernel {
         let mut kernel =
             Kernel::of_optics(&(self.optics.pattern)(), self.rotation, band, reach(longer), self.size * longer as f64 / 1000.0);

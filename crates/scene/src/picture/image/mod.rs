@@ -99,9 +99,9 @@ pub struct View {
 /// A star that is drawn as a point: its light is spread over the pixels around its place, and is in the samples already.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointSource {
-    /// Where it is in the image, from its left edge \[pixels\].
+    /// Position from the left edge of the image \[pixels\].
     pub column: f64,
-    /// Where it is, from the upper edge \[pixels\].
+    /// Position from the upper edge \[pixels\].
     pub row: f64,
     /// Its light in each passband \[W m⁻²\]; under an orthographic camera for each square parsec of a sphere around it [W m⁻² pc²].
     pub flux: Vec<f64>,
@@ -135,19 +135,19 @@ pub struct Image {
     pub views: (usize, usize),
     /// Size of a pixel, where known.
     pub pixel: Option<PixelScale>,
-    /// Where the axis of view meets the image, from its middle to the right and upwards \[pixels\].
+    /// Position of the optical axis in the image, from its middle to the right and upwards \[pixels\].
     pub axis: (f64, f64),
     /// The place of the image in a larger one of which it is a part.
     pub part: Option<ImagePart>,
     /// Radius around the axis of view beyond which the image of a dome shows nothing \[pixels\].
     pub circle: Option<f64>,
-    /// Where its camera sees what, in a flat picture.
+    /// Camera geometry of a flat picture.
     pub view: Option<View>,
     /// The stars that are points in it, of flat pictures of one eye.
     pub points: Vec<PointSource>,
     /// The frame of a sequence that it is.
     pub moment: Option<Moment>,
-    /// Where on the sky it is taken, where somebody said.
+    /// Pointing on the sky, if stated.
     pub observation: Option<Observation>,
     /// Key and value, in words: scene, back end, method, accuracy.
     pub notes: Vec<(String, String)>,
@@ -243,7 +243,7 @@ impl Image {
         (0..self.bands.len()).filter(move |b| !errors.contains(b))
     }
 
-    /// Where the axis of view meets the image, as FITS counts: the middle of the lower left pixel is (1, 1).
+    /// Position of the optical axis in the image, as FITS counts: the middle of the lower left pixel is (1, 1).
     pub fn reference_pixel(&self) -> [f64; 2] {
         [0.5 * (self.width as f64 + 1.0) + self.axis.0, 0.5 * (self.height as f64 + 1.0) + self.axis.1]
     }

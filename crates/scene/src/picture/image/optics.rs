@@ -60,7 +60,7 @@ pub fn named(name: &str) -> Result<&'static OpticsRow, SpectraError> {
 
 /// How light of one wavelength spreads.
 pub enum Pattern {
-    /// That of a pupil.
+    /// Pattern of a pupil.
     Pupil(Pupil),
     /// The light in a unit of solid angle, by degrees from the middle.
     Scatter(fn(f64) -> f64),
@@ -72,7 +72,7 @@ pub const EYE_DEG: f64 = 550e-9 / 6e-3 * 180.0 / std::f64::consts::PI;
 /// The radius within which the sharpest part of the eye's glow falls to 1/e \[deg\].
 pub const EYE_CORE_DEG: f64 = 0.02;
 
-/// Where a telescope lets light through.
+/// Aperture of a telescope.
 pub struct Pupil {
     parts: Vec<Part>,
 }

@@ -55,7 +55,7 @@ impl LayerChannels {
 /// The primaries of linear colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColourSpace {
-    /// Those of Rec. 709 and sRGB, white D65.
+    /// Primaries of Rec. 709 and sRGB, white D65.
     #[default]
     Rec709,
     /// ACEScg: AP1, white D60.

@@ -1,4 +1,4 @@
-//! Where on the sky a picture is taken, and the unit in which FITS files hold it.
+//! Pointing of a picture on the sky, and its unit in FITS files.
 //!
 //! The middle of the camera's whole image is a place of the sky, and its up a direction there: position angles go from north through
 //! east, which is left where north is up. Nothing that is rendered depends on it.
@@ -11,7 +11,7 @@ pub use unit::{InUnit, RadianceUnit};
 
 use glam::DVec3;
 
-/// Where on the sky a picture is taken.
+/// Pointing of a picture on the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Observation {
     /// The place of the sky in the middle of the camera's whole image.

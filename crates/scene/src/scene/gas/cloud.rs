@@ -26,7 +26,7 @@ const EV_UM: f64 = 1e6 * PLANCK * SPEED_OF_LIGHT / ELECTRONVOLT;
 pub struct IonisingStar {
     /// What it is called in the scene.
     pub name: String,
-    /// Where it is \[pc\].
+    /// Position \[pc\].
     pub position: DVec3,
     /// What ionises of its light, in nodes that all stars have in common.
     pub light: IonisingLight,
@@ -67,7 +67,7 @@ pub struct GasCloud {
     pub dust_cm2: f64,
     /// A temperature that all of it is held at \[K\], in place of the one at which heating and cooling are in balance.
     pub isothermal: Option<f64>,
-    /// Where light of recombinations is absorbed.
+    /// Treatment of diffuse light.
     pub diffuse: Diffuse,
     /// The stars that have ionising photons.
     pub stars: Vec<IonisingStar>,

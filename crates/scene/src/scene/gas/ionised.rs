@@ -31,7 +31,7 @@ pub struct IonisedGas {
     pub passes: usize,
     /// See [`passes`](Self::passes).
     pub change: f64,
-    /// Who had light go through it: the processor or a device.
+    /// Device that traced the light: the processor or a graphics device.
     pub by: String,
     /// The part of steps in which the gas did not settle.
     pub unsettled: f64,

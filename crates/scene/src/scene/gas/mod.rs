@@ -86,7 +86,7 @@ pub(super) const KEYS: &[Key] = &[
     motion::STEP,
 ];
 
-/// Where light of recombinations is absorbed, by name.
+/// Treatments of diffuse light, by name.
 const DIFFUSE: [(&str, Diffuse); 2] = [("outward", Diffuse::Outward), ("on_the_spot", Diffuse::OnTheSpot)];
 
 /// Stars that ionise a gas at most.

@@ -26,7 +26,7 @@ pub struct Species {
 }
 
 impl Species {
-    /// Those of which a line is seen through a passband.
+    /// Species with a line in a passband.
     pub fn seen(bands: &[Passband]) -> Vec<Self> {
         let atoms = Atoms::get();
         let is_seen = |line: &&EmissionLine| bands.iter().any(|band| band.response(line.wavelength_um) > UNSEEN * band.largest());

@@ -12,7 +12,7 @@ use crate::plan::{Plan, Weights};
 pub struct CommonTerms {
     /// The nodes.
     pub nodes: NodeTerms,
-    /// Where the sums of each light start; those of lights that are not marched are never asked for.
+    /// Offsets of the sums of each light; those of lights that are not marched are never asked for.
     starts: Vec<usize>,
     /// The lights that are marched: those that stars send, then those of gas.
     lights: usize,
@@ -53,7 +53,7 @@ impl CommonTerms {
         self.lights * self.nodes.k.len()
     }
 
-    /// Where the sums of a light start.
+    /// Offset of the sums of a light.
     #[inline(always)]
     pub(super) fn start(&self, light: usize) -> usize {
         self.starts[light]

@@ -107,7 +107,7 @@ impl Terms {
         }
     }
 
-    /// Where the sums of a light start.
+    /// Offset of the sums of a light.
     #[inline(always)]
     pub fn start(&self, light: usize) -> usize {
         match self {
