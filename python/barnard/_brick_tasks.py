@@ -243,7 +243,7 @@ def march(shared: Shared, place: Place, dust: Part | None, depths: list[Part], g
 
 
 def over(shared: Shared, front: Any, back: Any) -> Any:
-    """What bricks do of which one stands before the other."""
+    """Combined effect of two bricks, the nearer one first."""
     return shared.kept.over(aligned(front), aligned(back))
 
 

@@ -2097,7 +2097,7 @@ class Instrument(Table):
 
 
 class Output(Table):
-    """What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`,
+    """Additional contents of files and their encoding. Layers say what its light comes from and where: `scattered`,
     `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau`
     ([docs/shows.md](shows.md)).
 

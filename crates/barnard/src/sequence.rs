@@ -54,7 +54,7 @@ impl Sequence {
         Follower::new(self).scene(time, &Control::default())
     }
 
-    /// What the scene says at a moment \[s\]: a tree without changes.
+    /// Scene at a moment \[s\]: a tree without animation.
     ///
     /// # Errors
     /// Those of [`Timeline::at`].
@@ -149,24 +149,24 @@ impl Follower {
     }
 }
 
-/// What a tree says but for its camera.
+/// Content of a tree without its camera.
 fn but_for_camera(tree: &Table) -> String {
     let mut rest = tree.clone();
     rest.remove("camera");
     rest.to_string()
 }
 
-/// What holds for all frames of a sequence, so that none differs from its neighbours by more than what it shows.
+/// Settings shared by all frames of a sequence, so that none differs from its neighbours by more than what it shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
-    /// What pilot rays of some frames chose.
+    /// Choices of the pilot rays of some frames.
     pub choices: Choices,
     /// The display of all frames where they leave levels to be found: the median of those that these frames ask for.
     pub display: Display,
 }
 
 impl Held {
-    /// What the pilot frames of a sequence choose together; `scene` makes each of them from its moment \[s\].
+    /// Common choice of the pilot frames of a sequence; `scene` makes each of them from its moment \[s\].
     ///
     /// # Errors
     /// Those of [`Plan::new`] and of `scene`, and when the user wishes to stop.

@@ -1,6 +1,6 @@
 //! Render statistics: what the light of a job costs and reaches.
 
-/// What a render measured beside the picture.
+/// Measurements of a render.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderStats {
     /// The largest optical depth, eye to sample to star, that was met \[1\]; NaN where a back end does not tell.
@@ -20,7 +20,7 @@ impl RenderStats {
         Self { depth: f64::NAN, rays, storage: 0.0, negative: 0 }
     }
 
-    /// What two renders measured together.
+    /// Sum of the measurements of two renders.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -126,7 +126,7 @@ fn detail_keeps_the_mean() {
     assert!(difference(&part, &whole) < 1e-3, "{}", difference(&part, &whole));
 }
 
-/// What a picture says of itself: how many octaves, and how rough.
+/// Notes of a picture: how many octaves, and how rough.
 #[test]
 fn pictures_tell_of_detail() {
     let told = |scene: &Scene| {

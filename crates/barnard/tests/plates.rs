@@ -23,7 +23,7 @@ const RANGE_UM: (f64, f64) = (0.36, 1.0);
 /// Plates of that range, and of the scene's own dust.
 const REACH: Reach = Reach { range_um: Some(RANGE_UM), dust: (1.0, 1.0) };
 
-/// What changes from scene to scene.
+/// Differences between scenes.
 struct Spectra {
     temperatures: [f64; 2],
     suns: [f64; 2],

@@ -19,7 +19,7 @@ pub fn registry() -> Registry {
     registry
 }
 
-/// What has the light of several stars go through gas for a back end: its device, which is opened once there is such gas.
+/// Tracer of ionising starlight of a back end: its device, which is opened once there is such gas.
 pub fn tracer(backend: &str) -> Option<Arc<dyn RayTracer>> {
     #[cfg(feature = "gpu")]
     if registry().named(backend).is_ok_and(|entry| entry.device != DeviceUse::Never) {

@@ -12,7 +12,7 @@ use barnard::scene::Scene;
 use barnard_files::SaveImage;
 use barnard_files::formats::{Writer, check_writable, writer};
 
-/// What stands for the name of an eye, as in Nuke.
+/// Placeholder of an eye's name, as in Nuke.
 const EYE: &str = "%V";
 const EYES: [&str; 2] = ["left", "right"];
 

@@ -108,7 +108,7 @@ impl From<&Path> for Observation {
 }
 
 impl Data {
-    /// What messages call it.
+    /// Name in messages.
     pub(crate) fn path(&self) -> PathBuf {
         match self {
             Self::File(path) => path.clone(),

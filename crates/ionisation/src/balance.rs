@@ -32,7 +32,7 @@ pub struct Gas {
     pub hydrogen: f64,
     /// Nuclei of each element for one of hydrogen.
     pub abundances: [f64; ELEMENTS],
-    /// What dust absorbs of ionising light, for one nucleus of hydrogen \[cm²\].
+    /// Dust absorption cross-section of ionising light per hydrogen nucleus \[cm²\].
     pub dust_cm2: f64,
     /// A temperature that is held \[K\], in place of the one at which heating and cooling are in balance.
     pub isothermal: Option<f64>,

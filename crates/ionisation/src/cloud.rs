@@ -27,7 +27,7 @@ pub struct Cloud<'a> {
     pub hydrogen: &'a [f32],
     /// Nuclei of each element for one of hydrogen.
     pub abundances: [f64; ELEMENTS],
-    /// What dust absorbs of ionising light, for one nucleus of hydrogen \[cm²\].
+    /// Dust absorption cross-section of ionising light per hydrogen nucleus \[cm²\].
     pub dust_cm2: f64,
 }
 

@@ -16,7 +16,7 @@ pub enum IonisationError {
     Density {
         /// Where.
         voxel: [usize; 3],
-        /// What it is.
+        /// Description.
         value: f32,
     },
     /// A box without a size.

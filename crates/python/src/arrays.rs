@@ -48,7 +48,7 @@ fn held<T: Element + Send + Sync + 'static>(array: &Bound<PyArray3<T>>) -> PyRes
 /// An array that a scene can name.
 #[derive(Debug, Clone)]
 struct Named {
-    /// What messages call it.
+    /// Name in messages.
     label: String,
     shape: [usize; 3],
     fortran: bool,

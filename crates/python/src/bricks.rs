@@ -23,7 +23,7 @@ use crate::work;
 
 type Pair = (usize, usize);
 type Values<'py> = PyReadonlyArray1<'py, f32>;
-/// What bricks do to rays: rows, columns, values, depths of sources.
+/// Effect of bricks on rays: rows, columns, values, depths of sources.
 type PartialParts<'py> = (Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f64>>);
 /// Rays that are handed on: tier, rays along u and v, depths, entries.
 type HandedParts<'py> = (usize, Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>);
@@ -45,7 +45,7 @@ fn values(array: &Values) -> PyResult<Vec<f32>> {
     Ok(array.as_slice()?.to_vec())
 }
 
-/// What bricks do to rays, as it comes from Python.
+/// Effect of bricks on rays, as passed by Python.
 #[derive(FromPyObject)]
 pub struct GivenPartial<'py>(Pair, Pair, Values<'py>, PyReadonlyArray1<'py, f64>);
 
@@ -85,7 +85,7 @@ pub fn dust_bounds(scene: &Scene) -> Option<Corners> {
     scene.0.dust.as_ref().map(|dust| corners(&dust.density.bounds()))
 }
 
-/// What all bricks of a volume share.
+/// Data shared by all bricks of a volume.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Whole {
     scene: Owner,
@@ -124,7 +124,7 @@ impl Whole {
         self.whole.held(place).each_ref().map(pair)
     }
 
-    /// What a brick does to the rays of the picture, given what stands at the voxels that it holds.
+    /// Effect of a brick on the rays of the picture, given what stands at the voxels that it holds.
     fn march<'py>(
         &self,
         py: Python<'py>,
@@ -138,7 +138,7 @@ impl Whole {
         Ok(given(py, work::run(py, None, |control| self.whole.march(place, fields, control))?))
     }
 
-    /// What bricks do of which one stands before the other.
+    /// Combined effect of two bricks, the nearer one first.
     fn over<'py>(&self, py: Python<'py>, front: GivenPartial<'py>, back: GivenPartial<'py>) -> PyResult<PartialParts<'py>> {
         let (front, back) = (front.taken()?, back.taken()?);
         Ok(given(py, work::run(py, None, |_| self.whole.over(front, back))?))

@@ -130,13 +130,13 @@ impl FitModel {
         self.free.iter().map(|own| own.bounds).collect()
     }
 
-    /// What the scene says of each.
+    /// Values of each in the scene.
     #[getter]
     fn start(&self) -> Vec<f64> {
         self.start.clone()
     }
 
-    /// What predictions are rounded by, as a part of the brightest.
+    /// Rounding of predictions, relative to the brightest.
     #[getter]
     fn rounding(&self) -> f64 {
         self.images.lock().unwrap_or_else(PoisonError::into_inner).rounding()
@@ -148,7 +148,7 @@ impl FitModel {
         PyArray1::from_slice(py, &self.data.values)
     }
 
-    /// What the data would be at some values, and their standard errors: those of the model, or those of the files.
+    /// Predicted data at some values, and their standard errors: those of the model, or those of the files.
     fn predict<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
         let Prediction { mean, sigma } = self.with(py, None, |images, control| images.predict(&values, control))?;
         Ok([mean, sigma.unwrap_or_else(|| self.data.sigma.clone())].map(|own| PyArray1::from_vec(py, own)))

@@ -92,13 +92,13 @@ impl Image {
         self.certificates.clone()
     }
 
-    /// What went wrong on the way though there is a picture, in words.
+    /// Warnings of the render, in words.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
     }
 
-    /// What the picture says of itself in words, each with what it is about.
+    /// Notes of the picture, each with its topic.
     #[getter]
     fn notes(&self) -> Vec<(String, String)> {
         self.image.notes.clone()

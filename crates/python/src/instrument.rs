@@ -17,7 +17,7 @@ use crate::image::Image;
 use crate::scene::Owner;
 use crate::{tree, work};
 
-/// What an instrument sees of a picture, and will record in any of its frames.
+/// Instrument response to a picture, for all of its frames.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Exposures {
     exposures: instrument::Exposures,

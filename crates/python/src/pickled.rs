@@ -19,7 +19,7 @@ use crate::plan::Certificate;
 use crate::scene::{Owner, Reader};
 use crate::tree;
 
-/// What a picture does not need of its scene to be shown, written and observed: all that it was computed from.
+/// Parts of a scene that a picture does not need: all that it was computed from.
 const COMPUTED: [&str; 12] =
     ["dust", "gas", "emission", "star", "star_table", "background", "field", "detail", "animation", "sequence", "method", "bookmark"];
 
@@ -65,7 +65,7 @@ struct State<'py> {
     warnings: Vec<String>,
 }
 
-/// What a picture is, as a dictionary that pickles.
+/// Picture as a dictionary for pickling.
 #[pyfunction]
 pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny>> {
     let (image, words) = (&picture.image, &picture.scene.words);

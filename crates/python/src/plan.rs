@@ -65,7 +65,7 @@ impl Plan {
         self.0.space().spatial.map(|spatial| (spatial.error, spatial.rays))
     }
 
-    /// What the plan says of itself in words, each with what it is about.
+    /// Notes of the plan, each with its topic.
     #[getter]
     fn notes(&self) -> Vec<(String, String)> {
         self.0.notes()

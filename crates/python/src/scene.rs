@@ -50,13 +50,13 @@ impl Reader {
 }
 
 impl Reader {
-    /// What a scene is read from.
+    /// Source of a scene.
     pub fn words(&self, table: Table) -> Arc<Words> {
         Arc::new(Words { table, folder: self.folder.clone(), limit: self.loader.inputs.memory_limit })
     }
 }
 
-/// What a scene was read from.
+/// Source of a scene.
 pub struct Words {
     pub table: Table,
     /// The folder of its files; none where they are built in.

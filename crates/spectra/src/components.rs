@@ -1,4 +1,4 @@
-//! What depths leave of light at many extinctions, in a few numbers: the principal components of exponentials, eq. (27) of
+//! Transmission at many extinctions in a few numbers: the principal components of exponentials, eq. (27) of
 //! docs/method.md.
 //!
 //!   G(k_j)/G(k_0) ≈ m_j + Σ_t c_t v_tj,    G(k) = ∫ e^(−a k) dμ(a)
@@ -27,7 +27,7 @@ pub struct Components {
 const SAMPLES: usize = 256;
 const FINER: f64 = 16.0;
 const MOST: usize = 2048;
-/// What rounding may add to a coordinate, as a part of its range.
+/// Rounding error of a coordinate, relative to its range.
 const ROOM: f64 = 1e-4;
 
 impl Components {

@@ -1,4 +1,4 @@
-//! What a user of the λ-mathematics can put right.
+//! Errors of the spectral library that a user can correct.
 
 /// Errors of this crate; each says what was wrong and what would be right.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -44,7 +44,7 @@ pub enum SpectraError {
     Table {
         /// The name of the table.
         name: String,
-        /// What is wrong and what would be right.
+        /// Problem and remedy.
         reason: String,
     },
     /// A law or a spectrum that does not reach over all wavelengths that are asked of it.

@@ -36,7 +36,7 @@ const W_PER_M3_SR: f64 = 0.1 / SPHERE;
 pub struct LineListEntry {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     text: &'static str,
 }

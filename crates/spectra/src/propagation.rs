@@ -46,7 +46,7 @@ fn sampled_lambda(low: f64, high: f64) -> impl Fn(usize) -> f64 {
     move |i| low + (high - low) * i as f64 / (SAMPLES - 1) as f64
 }
 
-/// What few polynomials the spectra of all stars have in common: a singular value decomposition of their fits.
+/// Common polynomials of the spectra of all stars: a singular value decomposition of their fits.
 struct CommonSpan {
     fits: Vec<Fit>,
     support_um: (f64, f64),

@@ -34,7 +34,7 @@ pub fn reference(scene: &Scene, control: &Control) -> Result<Image> {
     Ok(named("reference", scene)?.render(&Job::new(scene, &options)?, control)?.0)
 }
 
-/// What the paths of a scene come to: their film holds means with standard errors.
+/// Result of the path tracer: their film holds means with standard errors.
 pub fn paths(scene: &Scene, options: path::Options, control: &Control) -> Result<PathTracer> {
     let mut tracer = PathTracer::new(options);
     tracer.radiance(&Job::new(scene, &Options::default())?, control)?;

@@ -39,7 +39,7 @@ pub struct Bench<'a> {
     pub error_size: usize,
     /// The methods, by name; all where it is none.
     pub methods: Option<&'a [String]>,
-    /// What plans may take.
+    /// Resource limits of plans.
     pub options: &'a Options,
 }
 

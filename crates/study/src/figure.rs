@@ -11,7 +11,7 @@ use crate::{Result, StudyError};
 /// An axis of a figure.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// What it shows, with its unit.
+    /// Quantity and unit.
     pub label: &'static str,
     /// True if the axis is logarithmic.
     pub log: bool,
@@ -219,7 +219,7 @@ impl Figure {
     }
 }
 
-/// What is drawn on an area of so many pixels, as the text of an SVG file.
+/// SVG text of a drawing with the given size in pixels.
 pub(crate) fn as_svg(size: (u32, u32), draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Result<()>) -> Result<String> {
     let mut svg = String::new();
     draw(&SVGBackend::with_string(&mut svg, size).into_drawing_area())?;

@@ -1,4 +1,4 @@
-//! What was measured, as pages that a command writes anew: the [`STUDY`] has every spectral method beside the others,
+//! Measurements as generated pages: the [`STUDY`] has every spectral method beside the others,
 //! with figures and tables that lie beside those of Barrès & Neyret 2023, the [`VALIDATION`] what is fast beside the
 //! path tracer.
 //!
@@ -25,7 +25,7 @@ pub use corner::Corner;
 pub use figure::{Axis, Figure, Picture, Series};
 use page::Page;
 
-/// What can go wrong in a study.
+/// Errors of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The renderer failed, or the user wished to stop.
@@ -75,7 +75,7 @@ pub struct Book {
     pub name: &'static str,
     /// The headline of the page.
     pub title: &'static str,
-    /// What a reader must know before the chapters.
+    /// Introduction of the chapters.
     pub preface: &'static str,
     /// The chapters of the page.
     pub chapters: &'static [Chapter],

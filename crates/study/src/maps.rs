@@ -11,7 +11,7 @@ use crate::{Result, StudyError};
 /// Numbers over a plane.
 #[derive(Debug, Clone)]
 pub struct Map {
-    /// What it shows, with its unit.
+    /// Quantity and unit.
     pub title: String,
     /// Columns and rows.
     pub size: (usize, usize),
@@ -39,7 +39,7 @@ pub struct Maps {
 /// The width of a map with its axes and scale, and the height of the caption \[px\].
 const WIDTH: u32 = 430;
 const CAPTION: u32 = 40;
-/// What stands around a map: at its left with its margins, above, below, and the scale with its numbers \[px\].
+/// Frame of a map: at its left with its margins, above, below, and the scale with its numbers \[px\].
 const LEFT: u32 = 56;
 const ABOVE: u32 = 30;
 const BELOW: u32 = 46;

@@ -1,4 +1,4 @@
-//! What the scene is compared with: what an instrument records of it, other filters, or a finer method.
+//! Comparison target: what an instrument records of it, other filters, or a finer method.
 
 use barnard::Result;
 
@@ -14,7 +14,7 @@ pub enum With {
     /// No picture stands beside it.
     #[default]
     Nothing,
-    /// What the scene's instrument records of it.
+    /// Exposure of the scene's instrument.
     Recorded,
     /// The same scene through another set of filters.
     Filters(String),

@@ -54,7 +54,7 @@ pub struct Document {
     opening: u64,
     /// The moment that is shown of a scene that changes [s].
     moment: f64,
-    /// What shows other moments; none where nothing changes.
+    /// Timeline; `None` for static scenes.
     followed: Option<Followed>,
     past: Vec<String>,
     future: Vec<String>,
@@ -63,9 +63,9 @@ pub struct Document {
     refining: Option<Refining>,
 }
 
-/// What finds out exactly, beside the window, what is known roughly.
+/// Background refinement of rough results.
 struct Refining {
-    /// What the text said beside camera and display when it began.
+    /// Initial text without camera and display.
     physics: Arc<str>,
     control: Control,
     /// The exact scene once it is done; what went wrong, where it failed.
@@ -164,7 +164,7 @@ impl Document {
         &stars[..count(self.toml.as_table(), "star").min(stars.len())]
     }
 
-    /// What the text says of everything but the camera and how pictures are shown: where that is equal, a plan holds.
+    /// Text without camera and display: where that is equal, a plan holds.
     pub fn physics(&self) -> &Arc<str> {
         &self.physics
     }
@@ -427,7 +427,7 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
     Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics, followed })
 }
 
-/// What a scene's tree says beside the camera and how pictures are shown and written.
+/// Scene tree without camera, display and output.
 fn physics(scene: &Scene, mut tree: Table, opening: u64) -> Arc<str> {
     // Gas that moves is seen by the camera as it was read.
     let moves = |name: &str| tree.get(name).is_some_and(|own| own.value.to_string().contains("velocity = "));

@@ -1,4 +1,4 @@
-//! What the window asks of the worker behind it.
+//! Requests of the window to the render thread.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ pub const AMPLIFIED: f32 = 16.0;
 pub struct View {
     /// The scene that is seen; its camera does not count.
     pub scene: Arc<Scene>,
-    /// What its text says beside camera and display: equal texts are one plan.
+    /// Text without camera and display: equal texts share a plan.
     pub physics: Arc<str>,
     /// True if it is shown as the scene's instrument records the first view, of which it is.
     pub recorded: bool,

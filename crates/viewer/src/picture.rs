@@ -26,7 +26,7 @@ pub struct Picture {
     pub scene: Arc<Scene>,
     /// The plan that made it.
     pub plan: Plan,
-    /// What the march measured on the way.
+    /// Measurements of the march.
     pub stats: RenderStats,
     /// The levels and the palette by which it is shown.
     pub tone: Tone,
@@ -34,9 +34,9 @@ pub struct Picture {
     pub colours: Arc<Vec<Color32>>,
     /// Stars over a picture that has none, in pixels of the window: transparent where none is.
     pub sparks: Option<Arc<ColorImage>>,
-    /// What optics make of a picture that has its stars, and which.
+    /// Glare of a picture that includes its stars, and its optics.
     spread: Option<(Glare, Arc<Image>)>,
-    /// What an instrument sees of another picture, of which this is what it records.
+    /// Instrument response to another picture, used for this one.
     recorded: Option<Recorded>,
     /// The histogram of the pixels of each band.
     pub histograms: Vec<Histogram>,
@@ -49,22 +49,22 @@ pub struct Picture {
 /// Most bytes of kernels of point spreads that are kept.
 const KERNELS: u64 = 1 << 29;
 
-/// What an instrument sees of a picture.
+/// Instrument response to a picture.
 #[derive(Clone)]
 struct Recorded {
     /// The picture.
     of: Arc<Image>,
     /// The scene's instrument.
     instrument: Arc<Instrument>,
-    /// What it sees, by so many pixels along an edge summed as one.
+    /// Response with the given binning per axis.
     exposures: Exposures,
     kernels: Kernels,
     binning: usize,
-    /// What pixels gather by band, in words.
+    /// Collected light per pixel and band, in words.
     bands: Vec<String>,
 }
 
-/// What pixels gather in a band, in words.
+/// Collected light per pixel in a band, in words.
 fn gathered(exposures: &Exposures, number: usize, band: &str) -> String {
     let ([width, height], instrument) = (exposures.size(), exposures.instrument());
     let full = (0..width * height).filter(|pixel| exposures.mean(number, *pixel) >= instrument.detector.full_well).count();
@@ -156,7 +156,7 @@ impl Picture {
         }
     }
 
-    /// What a scene's instrument records of this picture; of what another has seen of it before as much as holds is taken.
+    /// Instrument response of a scene to this picture; of what another has seen of it before as much as holds is taken.
     ///
     /// # Errors
     /// Where the scene has no instrument, or it cannot see the picture.
@@ -190,14 +190,14 @@ impl Picture {
         Ok(picture)
     }
 
-    /// What recorded it, in words; where nothing has, what is to come.
+    /// Instrument that recorded it, or will record it, in words.
     pub fn recorded_words(&self) -> String {
         let Some(Recorded { instrument, binning, .. }) = &self.recorded else { return "not observed yet".into() };
         let binned = if *binning > 1 { format!(", {binning} × {binning} pixels summed") } else { String::new() };
         format!("{}, {} × {} s{binned}", instrument.name, instrument.frames, crate::edit::rounded(instrument.exposure_s, 3))
     }
 
-    /// What pixels gather by band, in words.
+    /// Collected light per pixel and band, in words.
     pub fn recorded_bands(&self) -> &[String] {
         self.recorded.as_ref().map_or(&[], |recorded| &recorded.bands)
     }

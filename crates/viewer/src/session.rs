@@ -1,4 +1,4 @@
-//! What outlives a window: recent scenes, and changes that were not saved when it ended.
+//! Session state: recent scenes, and changes that were not saved when it ended.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ const HEAD: &str = "# unsaved changes of ";
 /// The name under which they are stored.
 const RECENT_SCENES: &str = "recent";
 
-/// What the explorer remembers beyond one document.
+/// Session state beyond one document.
 #[derive(Default)]
 pub struct Session {
     /// Scenes that were open, the last one first.

@@ -41,7 +41,7 @@ const DUST: (f64, f64) = (0.5, 2.0);
 const PLATED_LIGHTS: usize = 3;
 const PLATED_STARS: usize = 12;
 
-/// What is kept of one view between orders.
+/// State of one view between orders.
 #[derive(Default)]
 struct Stand {
     preview: Option<(Arc<str>, Plan)>,
@@ -105,7 +105,7 @@ pub struct Studio {
     stands: Vec<Stand>,
     /// Pixels a second of quick plans, marched and coloured.
     rate: f64,
-    /// What the last preview took besides its rays: its plan and its stars [s].
+    /// Time of the last preview without its rays: plan and stars [s].
     fixed: f64,
 }
 
@@ -515,7 +515,7 @@ mod tests {
         assert!(shown.len() == 1 && shown[0].0 == Quality::Exposed);
     }
 
-    /// What an instrument records stands beside the picture of which it is; another exposure records it anew, and marches nothing.
+    /// Recorded data accompany their picture; another exposure records it anew, and marches nothing.
     #[test]
     fn pictures_are_recorded() {
         let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::order::Quality;
 
-/// What the window shows in one frame.
+/// State of the window in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
     /// The number of the order whose picture is shown, and its quality, where there is one.

@@ -4,7 +4,7 @@ use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
 use crate::edit::{Edit, rounded, significant, table_mut};
 
-/// What stands in a scene that says how it changes.
+/// Animation entries of a scene.
 const CHANGES: [&str; 3] = ["animation", "sequence", "camera.path"];
 
 /// Times and values of a track.

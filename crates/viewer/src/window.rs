@@ -19,7 +19,7 @@ use crate::panels::Layout;
 use crate::session::Session;
 use crate::timings::Timings;
 
-/// What can go wrong before the explorer is there.
+/// Errors at the start of the explorer.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {
     /// Something in the scene is wrong.
@@ -93,7 +93,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
     drawn_by(renderers(is_real), app)
 }
 
-/// What may draw the window, best first; `is_real` says whether there is a graphics device that is not software.
+/// Window renderers, best first; `is_real` says whether there is a graphics device that is not software.
 ///
 /// Egui's shader for wgpu filters textures by hand as well, and a device of software goes through both ways in every
 /// pixel: OpenGL draws a window three times as often there.

@@ -1,4 +1,4 @@
-//! What every image says of itself.
+//! Description stored in every image.
 
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};
@@ -59,7 +59,7 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
 const WARM_DUST_UM: f64 = 3.0;
 const MOLECULES_UM: f64 = 1.2;
 
-/// What passbands of a scene would see in nature of dust and gas, and Barnard does not make; none where there is nothing.
+/// Emission of dust and gas in a scene's passbands that Barnard does not model; none where there is nothing.
 pub fn left_out(scene: &Scene) -> Option<String> {
     let reaches = |um: f64| scene.bands.iter().any(|band| band.support_um().1 > um);
     let of_dust = scene.dust.is_some() && reaches(WARM_DUST_UM);
@@ -75,7 +75,7 @@ fn views(camera: &Camera) -> (usize, usize) {
     if is_cube && camera.axis() == (0.0, 0.0) && camera.height == 6 * camera.width { (1, 6) } else { (1, 1) }
 }
 
-/// What the header says of `scene` in any picture that `camera` takes of it: name, digest, camera and dust.
+/// Header entries of `scene` for any picture of `camera`: name, digest, camera and dust.
 fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
     let mut keywords = vec![text("OBJECT", &*scene.name, "name of the scene")];
     keywords.extend(scene.provenance.iter().map(|from| text("SCENESHA", from.digest(), "SHA-256")));
@@ -115,7 +115,7 @@ fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
     keywords
 }
 
-/// What one must know of a passband to turn its radiance into magnitudes and flux densities.
+/// Passband properties for conversions to magnitudes and flux densities.
 fn of_passband(band: &Passband) -> Vec<Keyword> {
     const ANGSTROMS: f64 = 1e4;
     let width = band.integrate(|_| 1.0) * ANGSTROMS;

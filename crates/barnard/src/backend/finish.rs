@@ -1,4 +1,4 @@
-//! What makes a picture of the light that a plan's march brought.
+//! Conversion of marched light to a picture.
 
 use super::{Radiance, describe};
 use crate::control::Control;

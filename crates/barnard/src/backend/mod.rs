@@ -71,7 +71,7 @@ impl<'a> Job<'a> {
         self.scene
     }
 
-    /// What the render may take.
+    /// Resource limits of the render.
     pub fn options(&self) -> &'a Options {
         self.options
     }
@@ -94,7 +94,7 @@ impl<'a> Job<'a> {
 pub struct Radiance {
     /// The radiances, bands × height × width.
     pub samples: Samples,
-    /// What the march measured on the way.
+    /// Measurements of the march.
     pub stats: RenderStats,
 }
 
@@ -209,7 +209,7 @@ pub trait Backend: Send {
         Ok(())
     }
 
-    /// What went wrong on the way to the last light though there is light, in words.
+    /// Warnings of the last render, in words.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
@@ -246,7 +246,7 @@ pub enum DeviceUse {
 pub struct BackendEntry {
     /// The name by which a person asks for it.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// True if it reads the job's plan, and not the scene itself.
     pub planned: bool,

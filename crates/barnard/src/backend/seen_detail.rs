@@ -31,7 +31,7 @@ impl SeenDetail {
         self.noise.factor(density, ray.at(t), self.footprint.at(t))
     }
 
-    /// What few factors of a density exceed.
+    /// Factor of a density that is rarely exceeded.
     pub fn usual_most(&self, density: usize) -> f64 {
         self.noise.usual_most(density)
     }

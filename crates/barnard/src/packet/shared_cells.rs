@@ -11,7 +11,7 @@ use crate::volume::Volume;
 /// Largest separation of rays, in voxels summed over the axes: farther apart they are in so many cells that each lane
 /// is read faster for itself (measured with five to eight channels; with fewer it always is).
 const FARTHEST: f32 = 2.0;
-/// What stands in place of a cell's number for lanes that have been read.
+/// Placeholder cell number of lanes that were read.
 const DONE: u32 = u32::MAX;
 
 /// True if rays, at a distance `t` of each, are close enough.

@@ -14,15 +14,15 @@ pub(crate) struct Draft<'a> {
     pub settings: &'a Settings,
     /// The lights, in the order of all tables.
     pub lights: Arc<Vec<Light>>,
-    /// What the places of things decide.
+    /// Spatial part of the plan.
     pub space: Arc<SpatialPlan>,
-    /// What spectra decide.
+    /// Spectral part of the plan.
     pub spectral: Arc<SpectralPlan>,
-    /// What densities have below their voxels, at their own resolution.
+    /// Density detail below the voxel size, at native resolution.
     pub detail: Option<Arc<FineDetail>>,
 }
 
-/// What the densities of a scene have below the voxels of a space that is sampled at their own resolution.
+/// Density detail of a scene below the voxel size of a space that is sampled at their own resolution.
 pub(crate) fn detail(scene: &Scene, space: &SpatialPlan, known: &[Roughness]) -> Option<Arc<FineDetail>> {
     let grids = space.dust.iter().map(|dust| &**dust).chain(space.gas());
     scene.detail.as_ref().map(|detail| Arc::new(FineDetail::by(detail, grids, known)))

@@ -1,4 +1,4 @@
-//! What many plans hold to, so that pictures of one sequence differ by what they show alone.
+//! Choices shared by many plans, so that pictures of a sequence differ by their content alone.
 //!
 //! Pilot rays choose steps, star depths, samples of functions and rules by the picture that is asked for. Two neighbouring
 //! frames may come to two choices, each within the accuracy, and the step from one to the other is seen. [`Choices`] are
@@ -14,7 +14,7 @@ use crate::detail::Roughness;
 use crate::error::Result;
 use crate::scene::Scene;
 
-/// What pilot rays chose.
+/// Choices of the pilot rays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choices {
     /// The steps along a ray.

@@ -58,9 +58,9 @@ pub struct Plan {
     pub(crate) camera: Camera,
     /// The lights, in the order of all tables.
     pub(crate) lights: Arc<Vec<Light>>,
-    /// What the places of things decide.
+    /// Spatial part of the plan.
     pub(crate) space: Arc<SpatialPlan>,
-    /// What spectra decide.
+    /// Spectral part of the plan.
     pub(crate) spectral: Arc<SpectralPlan>,
     /// The steps along a ray.
     pub(crate) stepping: Stepping,
@@ -72,7 +72,7 @@ pub struct Plan {
     /// The field of light that is marched as one: light that was scattered before it scatters towards the eye, where more
     /// than one scattering is asked for, and that of the gathered stars from afar.
     pub(crate) scattered_field: Option<Arc<MultipleScattering>>,
-    /// What densities have below their voxels, as eyes see them.
+    /// Density detail below the voxel size, as seen by the eyes.
     pub(crate) detail: Option<Arc<FineDetail>>,
     /// Times that light of stars may scatter.
     pub(crate) bounces: usize,
@@ -122,12 +122,12 @@ impl Plan {
         &self.lights
     }
 
-    /// What the places of things decide.
+    /// Spatial part of the plan.
     pub fn space(&self) -> &Arc<SpatialPlan> {
         &self.space
     }
 
-    /// What spectra decide.
+    /// Spectral part of the plan.
     pub fn spectral(&self) -> &Arc<SpectralPlan> {
         &self.spectral
     }
@@ -153,7 +153,7 @@ impl Plan {
         self.scattered_field.as_ref()
     }
 
-    /// What densities have below their voxels, as eyes see them.
+    /// Density detail below the voxel size, as seen by the eyes.
     pub fn detail(&self) -> Option<&Arc<FineDetail>> {
         self.detail.as_ref()
     }

@@ -1,4 +1,4 @@
-//! What one ray brings, wavelength by wavelength.
+//! Radiance of one ray per wavelength.
 
 use spectra::rule::{DepthSpan, mean_transmittance};
 use spectra::spectrum::Line;

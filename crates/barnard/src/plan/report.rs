@@ -1,4 +1,4 @@
-//! What a plan says of a picture: certificates with what arithmetic adds, the spatial error, words and keywords.
+//! Report of a plan: certificates with what arithmetic adds, the spatial error, words and keywords.
 
 use spectra::rule::{Certificate, Rounding};
 

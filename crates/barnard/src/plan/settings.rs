@@ -1,4 +1,4 @@
-//! What a plan is made by beside the scene: what a program allows, and the method that is in force.
+//! Settings of a plan other than the scene: what a program allows, and the method that is in force.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::memory;
 use crate::plan::multiple_scattering::sweeper::Sweeper;
 use crate::scene::{Method, Scene};
 
-/// What a program may decide beside the scene.
+/// Options of a plan that are not part of the scene.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Most bytes a plan may take.

@@ -1,4 +1,4 @@
-//! What is certain of pictures of plates: of bands as wholes, and of each pixel.
+//! Certificates of pictures of plates: of bands as wholes, and of each pixel.
 //!
 //! A light is off by what nodes, components and stored numbers cost, all of which are parts of what it leaves at the least extinction,
 //! G(k_0), or less: with ε the largest of them over all depths, no pixel of it is off by more than ε G(k_0), which its plate has. Light that
@@ -20,7 +20,7 @@ struct Behind<'a> {
     plate: &'a Plate,
     nodes: &'a [Node],
     part: &'a Part,
-    /// What it takes of the mean of its components, and of each.
+    /// Weights of the mean and of each component.
     of_mean: f64,
     shares: Vec<f64>,
     /// The largest depth \[1\].
@@ -45,7 +45,7 @@ impl Behind<'_> {
         self.of_mean + self.shares.iter().zip(coordinates).map(|(share, c)| share * c).sum::<f64>()
     }
 
-    /// What storage costs, in parts of G(k_0).
+    /// Storage error relative to G(k_0).
     fn stored(&self) -> f64 {
         let Plate { components, .. } = self.plate;
         // Of light that scatters again components are those of the picture itself, and their error was measured at the nodes.

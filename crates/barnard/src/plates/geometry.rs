@@ -1,4 +1,4 @@
-//! What plates are bound to: places, densities and angles, as numbers that a scene of other spectra must share.
+//! Geometry of plates: places, densities and angles, as numbers that a scene of other spectra must share.
 
 use glam::DVec3;
 use spectra::rule::Node;
@@ -11,7 +11,7 @@ use crate::scene::Scene;
 /// Numbers that tell one thing of a scene, and what that is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trait {
-    /// What they tell.
+    /// Values.
     pub name: String,
     /// The numbers, in units of their own.
     pub values: Vec<f64>,

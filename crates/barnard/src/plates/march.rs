@@ -27,7 +27,7 @@ const FIRST_PIXELS: usize = 2048;
 const MORE_PIXELS: usize = 64;
 const TRIES: usize = 6;
 
-/// What plates are made of and by.
+/// Inputs of plates.
 pub(super) struct Work<'a> {
     pub scene: &'a Scene,
     pub nodes: &'a [Node],
@@ -91,7 +91,7 @@ impl Work<'_> {
         Ok((plates, stats))
     }
 
-    /// What a light leaves at each node, node × pixel, in parts of what it sends at its wavelength.
+    /// Transmitted light per node and pixel (node × pixel), relative to its emission at the wavelength.
     fn at_nodes(&self, route: Route, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
         let (first, last) = law(self.scene)?.range_um();
         let narrow = |node: &Node| {

@@ -5,7 +5,7 @@ use spectra::simd;
 
 use super::Plate;
 
-/// What a band takes of a plate, level × (of_mean + Σ_t of_coordinate_t q_t) with the stored numbers q.
+/// Weights of a plate in a band, level × (of_mean + Σ_t of_coordinate_t q_t) with the stored numbers q.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Share {
     pub of_mean: f64,

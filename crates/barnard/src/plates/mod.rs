@@ -49,7 +49,7 @@ const MOST_STARS: usize = 256;
 const MOST_NODES: usize = 512;
 /// Steps of angle at which a phase function is asked.
 const ANGLES: usize = 24;
-/// What one light leaves in each pixel at any extinction.
+/// Light of one source in each pixel at any extinction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plate {
     /// The way that the light takes.
@@ -60,7 +60,7 @@ pub struct Plate {
     pub level: Vec<f32>,
     /// The coordinates of each pixel, component × pixel, in 65535 steps of their range.
     pub coordinates: Vec<Vec<u16>>,
-    /// What arithmetic adds to the error of the light.
+    /// Arithmetic error of the light.
     pub rounding: Rounding,
 }
 
@@ -79,7 +79,7 @@ pub struct Record {
     pub plates: Vec<Plate>,
     /// The optical depth in front of each unresolved source, in the order of [`points`].
     pub depths: Vec<f64>,
-    /// What the scene may not change.
+    /// Scene data that may not change.
     pub geometry: Geometry,
     /// The amount of dust that was marched, as the optical depth at V of a parsec of density one \[pc⁻¹\]; zero without dust.
     pub dust_per_pc: f64,
@@ -87,7 +87,7 @@ pub struct Record {
     pub accuracy: f64,
     /// The largest optical depth that rays met \[1\].
     pub depth: f64,
-    /// What was noted of the march: each with what it is about.
+    /// Notes of the march, each with its topic.
     pub notes: Vec<(String, String)>,
 }
 
@@ -95,7 +95,7 @@ pub struct Record {
 #[derive(Debug, Clone)]
 pub struct Plates(Arc<Record>);
 
-/// What bands take of plates and of unresolved sources, for the spectra of one scene.
+/// Weights of plates and unresolved sources in the bands, for the spectra of one scene.
 pub struct Mixture {
     /// The amount of dust, as a part of that of the plates.
     amount: f64,
@@ -235,7 +235,7 @@ impl Plates {
         Ok(Self(Arc::new(record)))
     }
 
-    /// What they hold.
+    /// Contents.
     pub fn record(&self) -> &Record {
         &self.0
     }
@@ -260,7 +260,7 @@ impl Plates {
         self.0.geometry.check(&Geometry::of(scene, &self.0.nodes)?)
     }
 
-    /// What the bands of a scene take of the plates.
+    /// Weights of the plates in the bands of a scene.
     ///
     /// # Errors
     /// Those of [`check`](Self::check), where a light shines at wavelengths that the plates do not serve, and where the
@@ -414,7 +414,7 @@ fn times(amount: f64, route: Route) -> f64 {
     if matches!(route, Route::Scattered { .. }) { amount } else { 1.0 }
 }
 
-/// What a light of these weights, so many times, takes of stored numbers.
+/// Weights of stored numbers for a light with these weights and a given factor.
 fn stored_share(components: &Components, weights: &[f64], times: f64) -> Share {
     let (of_mean, shares) = components.shares(&weights.iter().map(|w| w * times).collect::<Vec<f64>>());
     let low: f64 = shares.iter().zip(&components.ranges).map(|(share, [low, _])| share * low).sum();

@@ -1,4 +1,4 @@
-//! What plates are made for: wavelengths and amounts of dust, and the scene whose march reaches them.
+//! Range of plates: wavelengths and amounts of dust, and the scene whose march reaches them.
 
 use spectra::passband::{Counting, Window, window};
 use spectra::rule::Settings;
@@ -12,7 +12,7 @@ use crate::scene::{Method, Scene};
 /// Reach of plates beyond the passbands of their scene, relative to the wavelength.
 const BEYOND: f64 = 0.1;
 
-/// What plates serve beside the spectra of the scene that they are made of.
+/// Range of plates beyond the spectra of their scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     /// The shortest wavelength and the longest \[µm\]; none: those of the scene's passbands and a tenth beyond.

@@ -23,7 +23,7 @@ use crate::field::{Grid, Lattice, trilinear};
 use crate::geometry::Bounds;
 use crate::stored::{Half, Precision, Stored, unit};
 
-/// What a channel of a volume holds.
+/// Content of a volume channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channel {
     /// Extinction σ at V [pc⁻¹].
@@ -46,7 +46,7 @@ pub struct Volume {
     pub inner: Lattice,
     /// The lattice of those and the layer around them.
     pub lattice: Lattice,
-    /// What each channel holds.
+    /// Content of each channel.
     pub channels: Vec<Channel>,
     /// Memory layout of the voxels.
     pub(crate) pages: Pages,
@@ -54,11 +54,11 @@ pub struct Volume {
     pub(crate) values: Values,
     /// The unit of each channel's values; one in single precision.
     pub(crate) units: Vec<f32>,
-    /// What it is a part of, where it is one.
+    /// Larger volume that contains it, if any.
     pub(crate) part: Option<VolumePart>,
 }
 
-/// What a volume is a part of.
+/// Larger volume that contains a volume.
 #[derive(Debug, Clone)]
 pub(crate) struct VolumePart {
     /// The lattice of the whole's voxels and the layer around them.

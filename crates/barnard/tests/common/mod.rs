@@ -1,4 +1,4 @@
-//! What several tests share.
+//! Shared parts of tests.
 
 pub mod cases;
 pub mod rendered;

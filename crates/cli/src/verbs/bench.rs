@@ -26,7 +26,7 @@ pub struct Bench {
     /// Which methods, such as band_quadrature,midpoint; all if not given
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     methods: Option<Vec<String>>,
-    /// What renders; methods that it does not do are left out
+    /// Back end; unsupported methods are left out
     #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(true))]
     backend: String,
     /// As JSON, for programs

@@ -36,7 +36,7 @@ pub struct Convert {
     /// Grid of a .vdb, dataset of an HDF5 file, array of an .npz, HDU of a FITS file
     #[arg(long, value_name = "NAME")]
     array: Option<String>,
-    /// What the array's axes are, slowest first, such as zyx
+    /// Axes of the array, slowest first, such as zyx
     #[arg(long, value_name = "ORDER")]
     axes: Option<String>,
     /// Lowest corner of the box or the part, such as "-1 -1 -1 pc"
@@ -48,7 +48,7 @@ pub struct Convert {
     /// Edge of a cubic voxel, such as "0.01 pc"
     #[arg(long, value_name = "LENGTH")]
     voxel: Option<String>,
-    /// What a length of one is in a file whose lengths have no unit
+    /// Unit of length for files whose lengths have none
     #[arg(long, value_name = "LENGTH")]
     scale: Option<String>,
     /// Middle of the box of all of the array
@@ -63,7 +63,7 @@ pub struct Convert {
     /// A measured map of the Galaxy's dust: edenhofer24, leike20, lallement22, vergely22
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
-    /// What the values are in
+    /// Unit of the values
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
     /// Mass of the gas per hydrogen nucleus in hydrogen atoms, for mass densities such as g/cm3: 1.4 for solar abundances

@@ -37,7 +37,7 @@ pub struct Fit {
     /// What images do not say and is taken to be as in the scene: their unit (BUNIT), or their place on the sky (WCS)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     assume: Vec<Unsaid>,
-    /// What is free, parted by commas: keys with bounds and priors
+    /// Free parameters, separated by commas: keys with bounds and priors
     #[arg(long, value_name = "KEYS")]
     free: String,
     /// Path of values, covariance and errors as JSON
@@ -57,7 +57,7 @@ pub struct Fit {
     corner: Option<PathBuf>,
 }
 
-/// What an image may not say of itself.
+/// Facts that an image may not state.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Unsaid {
     /// The unit of its values

@@ -91,7 +91,7 @@ pub fn named(pattern: &Path, number: i64) -> Option<PathBuf> {
     Some(pattern.with_file_name(format!("{before}{sign}{zeros}{digits}{after}")))
 }
 
-/// What is before the number of a name, how wide that is, and what is behind it.
+/// Prefix, number width and suffix of a file name.
 fn placeholder(name: &str) -> Option<(&str, usize, &str)> {
     const WIDEST: usize = 20;
     for (start, _) in name.match_indices('%') {
@@ -107,7 +107,7 @@ fn placeholder(name: &str) -> Option<(&str, usize, &str)> {
     (width <= WIDEST).then(|| (&name[..start], width, &name[start + width..]))
 }
 
-/// What turns a scene with its plan into a picture.
+/// Renderer of a planned scene.
 pub type March<'a> = &'a mut dyn FnMut(&Scene, &Plan, &Control) -> anyhow::Result<Image>;
 
 /// A sequence on its way to files.
@@ -225,7 +225,7 @@ impl Shoot<'_> {
         self.outputs.iter().map(file).collect()
     }
 
-    /// What holds for all frames, chosen by some of the whole sequence whichever are asked for.
+    /// Settings shared by all frames, chosen from the whole sequence.
     fn held(&self, follower: &mut Follower, control: &Control) -> anyhow::Result<Held> {
         let pilots = self.sequence.pilots();
         let held = Held::by(&pilots, |time| self.scene.uncropped(follower.scene(time, control)?), self.options, control)?;

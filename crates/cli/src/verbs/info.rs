@@ -47,7 +47,7 @@ impl Info {
 }
 
 impl Info {
-    /// What the file holds.
+    /// Contents of the file.
     fn contents(&self, path: &Path) -> anyhow::Result<ExitCode> {
         let limit = memory_limit(self.memory)?;
         if !READERS.iter().any(|reader| reader.members.is_some() && reader.is_for(path)) {
@@ -120,7 +120,7 @@ fn holds_tables_alone(members: &[Member]) -> bool {
     kinds().any(|kind| kind.contains("is a table")) && !kinds().any(|kind| kind.starts_with("image"))
 }
 
-/// What the values of a grid are; what is no grid says why, in place of them.
+/// Statistics of a grid's values; what is no grid says why, in place of them.
 fn summary(path: &Path, member: &Member, limit: u64) -> Vec<(&'static str, String)> {
     let name = Some(member.name.as_str()).filter(|name| !name.is_empty());
     let array = match read_file(path, name, &mut |layout: &Layout| Ok(layout.whole()), limit) {

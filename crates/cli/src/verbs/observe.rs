@@ -49,7 +49,7 @@ pub struct Observe {
     /// Number of the noise in place of the instrument's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// What renders
+    /// Back end
     #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(false))]
     backend: String,
 }
@@ -140,7 +140,7 @@ fn frame_file(pattern: &Path, number: i64) -> anyhow::Result<PathBuf> {
     }
 }
 
-/// What was recorded in each band.
+/// Recorded data of each band.
 fn tell(exposures: &Exposures, master: &Image) {
     let pixels = master.width * master.height;
     let mask = &master.layers[0].samples;

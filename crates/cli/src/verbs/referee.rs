@@ -1,4 +1,4 @@
-//! What `barnard render --backend path` asks, and how it is told.
+//! Options and output of `barnard render --backend path`.
 
 use std::path::PathBuf;
 use std::time::Instant;

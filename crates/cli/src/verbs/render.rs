@@ -40,7 +40,7 @@ pub struct Render {
     /// Output path: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); as often as there are files to write
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
-    /// What renders
+    /// Back end
     #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(false))]
     backend: String,
     #[command(flatten)]

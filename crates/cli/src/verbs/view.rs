@@ -24,7 +24,7 @@ pub struct View {
     /// A built-in scene instead of a file; `barnard list scenes` names them
     #[arg(long, value_name = "NAME")]
     builtin: Option<String>,
-    /// What marches the rays
+    /// Back end
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = names(true))]
     backend: String,
     /// Most memory that one array, grid or image may take [GiB]

@@ -17,7 +17,7 @@ use crate::source::{Embedded, SceneFiles};
 pub struct BuiltinScene {
     /// The name by which a person asks for it.
     pub name: &'static str,
-    /// What it shows, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The text of the scene file.
     pub text: &'static str,

@@ -1,4 +1,4 @@
-//! What several tests share.
+//! Shared parts of tests.
 
 pub mod chance;
 pub mod clump;

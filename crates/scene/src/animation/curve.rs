@@ -30,7 +30,7 @@ pub enum Interpolation {
 pub struct InterpolationEntry {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The interpolation itself.
     pub interpolation: Interpolation,

@@ -41,7 +41,7 @@ pub(super) struct Vector {
     is_place: bool,
 }
 
-/// What a keyframe says in vectors.
+/// Vectors of a keyframe.
 pub(super) const VECTORS: [Vector; 5] = [
     Vector { name: "position", columns: &["x", "y", "z"], is_place: true },
     Vector { name: "target", columns: &["target_x", "target_y", "target_z"], is_place: true },
@@ -56,7 +56,7 @@ const LOOKS: [&str; 3] = ["target", "direction", "orientation"];
 /// A vector at the keys that say it: times \[s\], and components, key × component.
 type Keyed = (Vec<f64>, Vec<f64>);
 
-/// What a camera is at some moments.
+/// Camera keyframes.
 #[derive(Debug, Default)]
 pub(super) struct Keyframes {
     /// The moments \[s\], ascending.
@@ -67,7 +67,7 @@ pub(super) struct Keyframes {
     pub others: BTreeMap<String, Vec<(f64, Value)>>,
 }
 
-/// What stands in no keyframe as a vector: the numbers that some kind of camera has.
+/// Scalar camera parameters: the numbers that some kind of camera has.
 fn of_camera() -> impl Iterator<Item = &'static Key> {
     KEYFRAME.iter().filter(|key| key.name != TIME && VECTORS.iter().all(|vector| vector.name != key.name))
 }

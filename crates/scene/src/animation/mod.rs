@@ -59,7 +59,7 @@ pub(crate) const SEQUENCE: &[Key] = &[
     Key::optional("shutter_moments", "integer", "8", "2 to 256: moments of which a frame with an open shutter is the mean"),
 ];
 
-/// What keys of a scene that is a tree say the table that an [`Animation`](Timeline) is read from.
+/// Scene keys of an [`Animation`](Timeline).
 const TABLES: [&str; 2] = ["animation", "sequence"];
 
 /// The rate at which frames follow each other, their numbers, and how each is exposed.
@@ -82,7 +82,7 @@ const FASTEST: f64 = 1e6;
 const MOST_FRAMES: f64 = 1e6;
 
 impl Frames {
-    /// What an image says of the frame that it is, FRAME and FRAMTIME of FITS among it.
+    /// Frame keywords of an image, such as FRAME and FRAMTIME of FITS.
     pub fn stamp(&self, frame: i64, image: &mut Image) {
         let time_s = self.time(frame);
         image.moment = Some(Moment { frame, time_s, per_second: self.per_second });
@@ -124,7 +124,7 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// What a scene says of its changes; none where it says nothing.
+    /// Animation of a scene, if any.
     ///
     /// # Errors
     /// Where a key is unknown, missing or wrong, or a file cannot be read; its place is said.
@@ -162,7 +162,7 @@ impl Timeline {
         self.path.as_ref()?.position(time)
     }
 
-    /// What a scene that is `tree` says at a moment \[s\]: a tree without changes.
+    /// Scene `tree` at a moment \[s\]: a tree without changes.
     ///
     /// # Errors
     /// Where a track is of a key that cannot be, or a camera looks nowhere; its place is said.

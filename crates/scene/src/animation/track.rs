@@ -3,7 +3,7 @@
 use super::curve::{Curve, Interpolation};
 use crate::properties::{Form, Value};
 
-/// What a key of the scene says from moment to moment.
+/// Values of a scene key over time.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Track {
     /// Numbers that go from key to key.

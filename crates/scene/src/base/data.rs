@@ -1,4 +1,4 @@
-//! What a scene reads beside its own tree: texts, tables of text and arrays, by name.
+//! Inputs of a scene other than its tree: texts, tables of text and arrays, by name.
 //!
 //! Nothing here opens a file: a [`DataSource`] finds what a name means, on a disk, in memory or behind a network.
 
@@ -23,12 +23,12 @@ pub struct Array {
     pub fortran: bool,
 }
 
-/// What a file says of an array before its values are read.
+/// Header of an array in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     /// Lengths of the axes, in the file's order of indices.
     pub shape: [usize; 3],
-    /// What it says of its values and axes, where its format has words for it.
+    /// Metadata of its values and axes, if its format supports them.
     pub frame: Option<Frame>,
 }
 
@@ -140,7 +140,7 @@ impl<T: PartialEq> PartialEq for Shared<T> {
 /// The orders that three axes can have, by their names.
 pub const AXIS_ORDERS: [&str; 6] = ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"];
 
-/// What a file says of the values and axes of an array.
+/// Metadata of an array in a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frame {
     /// The axes by name, in the order of the array's indices: one of [`AXIS_ORDERS`].
@@ -153,7 +153,7 @@ pub struct Frame {
     pub is_by_letter: bool,
     /// True if there is nothing beyond the array, rather than something that the file does not have.
     pub is_sparse: bool,
-    /// What those are that the file says to be no lengths, such as "velocity (CTYPE3 VRAD)".
+    /// Axes that the file declares not to be lengths, such as "velocity (CTYPE3 VRAD)".
     pub others: [Option<String>; 3],
     /// The names of axes of which none says which of x, y and z it is, where the file gives such names.
     pub unnamed: Option<String>,

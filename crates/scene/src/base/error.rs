@@ -1,4 +1,4 @@
-//! What a user of the renderer can put right.
+//! Errors that a user of the renderer can correct.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ pub enum Error {
     /// Something in a scene is wrong.
     #[error("{message} ({place})")]
     Scene {
-        /// What is wrong and what would be right.
+        /// Problem and remedy.
         message: String,
         /// Location: file and line of a text, or table and key.
         place: Place,
@@ -20,7 +20,7 @@ pub enum Error {
     /// An argument that no object can be made of.
     #[error("{what}: {said} is not {wanted}")]
     Value {
-        /// What the value is, such as an albedo.
+        /// Kind of value, such as an albedo.
         what: &'static str,
         /// The value that was given.
         said: String,
@@ -35,7 +35,7 @@ pub enum Error {
     File {
         /// The path of the file.
         path: PathBuf,
-        /// What is wrong and what would be right.
+        /// Problem and remedy.
         reason: String,
     },
     /// Values of a field that no density can have.
@@ -63,7 +63,7 @@ pub enum Error {
     /// Something would take more memory than is allowed.
     #[error("{what} would need {needed_mib} MiB, the limit is {limit_mib} MiB; use a smaller grid or image, or raise the memory limit")]
     Memory {
-        /// What would be allocated.
+        /// Requested allocation.
         what: String,
         /// The size of that \[MiB\].
         needed_mib: u64,

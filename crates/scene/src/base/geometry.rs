@@ -42,7 +42,7 @@ impl Bounds {
         Self { low: centre - DVec3::splat(half_pc), high: centre + DVec3::splat(half_pc) }
     }
 
-    /// What makes the box no sound place for numbers, in words; nothing where it is sound.
+    /// Problem with the box, in words; `None` if it is valid.
     pub fn fault(&self) -> Option<String> {
         const EDGES: std::ops::RangeInclusive<f64> = 1e-25..=1e15;
         let (size, away) = (self.size(), self.low.abs().max(self.high.abs()).max_element());

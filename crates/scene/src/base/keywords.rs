@@ -1,4 +1,4 @@
-//! What an image says of itself as keywords with values, which programs read: names of at most eight characters, as
+//! Machine-readable keywords of an image: names of at most eight characters, as
 //! FITS has them; other formats carry the same.
 
 /// The value of a keyword.

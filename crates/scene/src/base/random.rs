@@ -5,7 +5,7 @@ use rand_core::RngCore;
 /// Numbers in [0, 1) by (seed, cell, count): SplitMix64 (Steele, Lea & Flood 2014).
 pub struct Counter(u64);
 
-/// What the state grows by from number to number: 2⁶⁴ by the golden ratio.
+/// Increment of the state: 2⁶⁴ by the golden ratio.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
 impl Counter {

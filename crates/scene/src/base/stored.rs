@@ -54,7 +54,7 @@ impl Stored for Half {
     }
 }
 
-/// What is wrong with values that are at most so large, where single precision does not hold them.
+/// Error of values with the given maximum that exceed single precision.
 pub fn too_small(largest: f64) -> Option<String> {
     (largest > 0.0 && largest < f64::from(f32::MIN_POSITIVE)).then(|| {
         format!(

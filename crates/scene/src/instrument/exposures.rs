@@ -17,11 +17,11 @@ use crate::keywords::{self, Keyword};
 use crate::observation::{InUnit, Observation, RadianceUnit};
 use crate::random::Counter;
 
-/// What an instrument sees of a picture, and will record in any of its frames.
+/// Instrument response to a picture, for all of its frames.
 #[derive(Debug, Clone)]
 pub struct Exposures {
     pub(super) instrument: Arc<Instrument>,
-    /// What all pictures of the detector say of themselves; it has no samples.
+    /// Metadata of all pictures of the detector; it has no samples.
     pub(super) header: Image,
     pub(super) pixels: Pixels,
     pub(super) bands: Vec<BandLight>,
@@ -29,7 +29,7 @@ pub struct Exposures {
     pub(super) mosaic: Option<[usize; 4]>,
 }
 
-/// What falls on the detector in a band.
+/// Light on the detector in a band.
 #[derive(Debug, Clone)]
 pub(super) struct BandLight {
     /// The electrons of a band irradiance of 1 W m⁻² [e s⁻¹ W⁻¹ m²].
@@ -47,11 +47,11 @@ pub struct Frame {
     pub number: usize,
     /// When it begins, after the first \[s\]: frames follow each other without a pause.
     pub begun_s: f64,
-    /// What it is of: the bands, or one mosaic of all of them.
+    /// Target: the bands, or one mosaic of all of them.
     pub planes: Vec<String>,
     /// The counts of each plane, row by row, the first on top \[ADU\].
     pub counts: Vec<Vec<u16>>,
-    /// What the frame says of itself in keywords.
+    /// Keywords of the frame.
     pub keywords: Vec<Keyword>,
     /// The picture that it is of, without samples: its size, bands and place on the sky.
     pub header: Image,
@@ -70,7 +70,7 @@ impl Exposures {
             .map(|_| ())
     }
 
-    /// What an instrument sees of a picture through passbands, in the order of its bands.
+    /// Instrument response to a picture through passbands, in the order of its bands.
     ///
     /// # Errors
     /// Where the picture is not flat or has coarser pixels than the detector, the sky or the mosaic do not fit its bands, or the user wishes
@@ -161,7 +161,7 @@ impl Exposures {
         square[2 * (row % 2) + column % 2]
     }
 
-    /// What each exposure is of: the bands, or one mosaic.
+    /// Target of each exposure: the bands, or one mosaic.
     pub(super) fn planes(&self) -> Vec<String> {
         match self.mosaic {
             Some(_) => vec!["mosaic".into()],
@@ -226,7 +226,7 @@ impl Exposures {
         }
     }
 
-    /// What so many frames together say of how they were taken.
+    /// Metadata of combined frames.
     pub(super) fn keywords(&self, frames: usize) -> Vec<Keyword> {
         let (instrument, detector) = (&self.instrument, &self.instrument.detector);
         let arcsec = self.pixels.edge_rad.to_degrees() * 3600.0;
@@ -249,7 +249,7 @@ impl Exposures {
 /// Keeps hits apart from the noise of pixels.
 const HITS: u64 = 0x636f_736d_6963;
 
-/// What pictures of the detector say of themselves.
+/// Metadata of the detector's pictures.
 fn header(instrument: &Instrument, image: &Image, radiances: &[usize], pixels: &Pixels, light: &[BandLight]) -> Image {
     let pixel = match image.observation.and_then(|observation| observation.distance_pc).filter(|_| pixels.is_parallel) {
         Some(distance_pc) => PixelScale::Length(pixels.edge_rad * distance_pc),
@@ -445,7 +445,7 @@ mod tests {
         }
     }
 
-    /// What another crate brings spreads light as well.
+    /// Custom point-spread functions of other crates work.
     #[test]
     fn other_point_spreads_are_taken() {
         #[derive(Debug)]

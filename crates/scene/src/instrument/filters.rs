@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 /// Passbands of the catalogue by what their names begin with and where their pivot wavelengths lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Filters {
-    /// What the names begin with.
+    /// Prefix of the names.
     pub family: &'static str,
     /// The shortest and the longest pivot wavelength \[µm\].
     pub um: (f64, f64),

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::image::Band;
 use crate::image::convolution::{Spread, reach};
 
-/// What spreads the light of pictures of one instrument: worked out once for each passband, and again where optics or pixels change.
+/// Point-spread functions of one instrument: worked out once for each passband, and again where optics or pixels change.
 #[derive(Debug, Clone, Default)]
 pub struct Kernels {
     known: Vec<Kept>,
@@ -25,7 +25,7 @@ struct Kept {
 /// All that a kernel hangs on.
 #[derive(Debug, Clone, PartialEq)]
 struct Of {
-    /// What the point-spread function says of itself.
+    /// Description of the point-spread function.
     psf: String,
     optics: Instrument,
     band: (String, Option<f64>, Option<f64>),

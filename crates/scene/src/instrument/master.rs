@@ -16,7 +16,7 @@ use crate::image::{Band, Image, Layer, LayerContent, Samples};
 use crate::keywords;
 use crate::random::Counter;
 
-/// What a mask says of a pixel: sums of these.
+/// Flags of a masked pixel: sums of these.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flag {
     /// A frame was full and left out.
@@ -65,7 +65,7 @@ impl Exposures {
         Ok(Image { samples: Samples::Single(samples), ..self.header.clone() })
     }
 
-    /// What masters are on the average: radiances [W m⁻² sr⁻¹] without noise, and behind each band the standard errors of a master. Each band
+    /// Expected masters: radiances [W m⁻² sr⁻¹] without noise, and behind each band the standard errors of a master. Each band
     /// of a mosaic is that of its own pixels, [which see](Self::sees) no other.
     pub fn ideal(&self) -> Image {
         let (instrument, detector, count) = (&self.instrument, &self.instrument.detector, self.pixels.count());

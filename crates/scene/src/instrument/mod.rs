@@ -1,4 +1,4 @@
-//! What an instrument records of a picture: a telescope, the air, a detector and its noise.
+//! Instrument: a telescope, the air, a detector and its noise.
 //!
 //! A pixel of solid angle Ω gathers, in an exposure of t seconds,
 //!
@@ -53,7 +53,7 @@ use crate::error::{Error, Result};
 /// A telescope with a detector, and how long it looks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instrument {
-    /// What it is called in headers.
+    /// Name in headers.
     pub name: String,
     /// The diameter of the aperture \[m\].
     pub aperture_m: f64,
@@ -63,7 +63,7 @@ pub struct Instrument {
     pub collecting_area_m2: Option<f64>,
     /// The part of the light that is recorded, beside what the passband says.
     pub throughput: f64,
-    /// What spreads the light of a point, one after the other.
+    /// Point-spread functions, applied in sequence.
     pub psf: Vec<Arc<dyn PointSpread>>,
     /// The angle that a pixel of the detector sees \[rad\]; none: that of the picture.
     pub pixel_rad: Option<f64>,

@@ -21,7 +21,7 @@ pub(super) struct Points<'a> {
     size: [usize; 2],
     /// Fine pixels along each of them.
     pub finer: usize,
-    /// What a flux of one is in all pixels together [W m⁻²].
+    /// Unit flux summed over all pixels [W m⁻²].
     scale: f64,
 }
 

@@ -13,7 +13,7 @@ use crate::observation::RadianceUnit;
 pub struct Preset {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// Source of the numbers.
     pub source: &'static str,

@@ -33,7 +33,7 @@ impl Squares {
         Self { size: count, first, edge }
     }
 
-    /// What falls on each square of values that are spread evenly over pixels of an image: their sum, row by row.
+    /// Resampled values of image pixels: their sum, row by row.
     pub(super) fn gathered(&self, values: &[f64], [width, height]: [usize; 2]) -> Vec<f64> {
         let across = Overlaps::new(width, self.first[0], self.edge, self.size[0]);
         let down = Overlaps::new(height, self.first[1], self.edge, self.size[1]);

@@ -53,7 +53,7 @@ pub enum Sources {
 }
 
 impl Sources {
-    /// What is drawn while things move.
+    /// Preview during motion.
     pub const PREVIEW: Self = Self::Brightest(1500);
 }
 

@@ -48,7 +48,7 @@ impl CatalogueStar {
 /// A catalogue: its stars, the brightest first.
 #[derive(Debug)]
 pub struct StarCatalogue {
-    /// What it was read from.
+    /// Source.
     pub label: String,
     /// The classes, each as bright as magnitude zero.
     pub classes: Vec<StarClass>,
@@ -77,7 +77,7 @@ pub enum SkyAxes {
 }
 
 impl PlacedCatalogue {
-    /// What turns directions of the sky, ICRS, into those of the scene as a camera looks.
+    /// Rotation from ICRS to the scene for a camera.
     pub fn scene_from_sky(&self, camera: &Camera) -> DMat3 {
         let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
         match self.axes {
@@ -110,7 +110,7 @@ pub struct Photometry {
     second: Option<(f64, Vec<f64>)>,
 }
 
-/// What is known of the colour of a star.
+/// Colour information of a star.
 #[derive(Debug, Clone)]
 pub enum Colour {
     /// Its temperature \[K\].
@@ -234,7 +234,7 @@ impl Builder {
 }
 
 impl StarCatalogue {
-    /// What a picture says of it.
+    /// Notes in a picture.
     pub(crate) fn note(&self) -> String {
         let beyond = match self.beyond {
             0 => String::new(),

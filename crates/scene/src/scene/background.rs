@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::properties::{Key, Section, build_kind_with};
 use crate::star_catalogue::PlacedCatalogue;
 
-/// What lies behind the dust: light from all directions, and stars.
+/// Background: light from all directions, and stars.
 #[derive(Debug, Clone, Default)]
 pub struct Background {
     /// Even light I_λ [W m⁻² sr⁻¹ µm⁻¹].

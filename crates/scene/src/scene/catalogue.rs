@@ -66,7 +66,7 @@ const GAIA_G: &str = "Gmag";
 /// Columns that SDSS, Pan-STARRS, SkyMapper and others all have.
 const SURVEY_MAGNITUDES: [&str; 6] = ["umag", "gmag", "rmag", "imag", "zmag", "ymag"];
 
-/// What catalogues write where they know nothing.
+/// Missing-value markers of catalogues.
 const BLANKS: [&str; 4] = ["null", "nan", "--", "none"];
 
 /// Names of a column with the colour B − V.

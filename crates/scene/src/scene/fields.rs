@@ -35,7 +35,7 @@ const MOST_EXPRESSIONS: usize = 256;
 const MOST_FIELDS: usize = 1000;
 const DEEPEST: usize = 32;
 
-/// What a field is made of.
+/// Fields within a field.
 #[derive(Debug, Clone, Copy)]
 struct MadeOf {
     fields: usize,
@@ -102,7 +102,7 @@ fn check_formulas(root: &Section) -> Result<()> {
 pub struct Fields<'a> {
     named: BTreeMap<String, Named<'a>>,
     loader: &'a Loader,
-    /// What the scene says about all of them together.
+    /// Scene settings common to all of them.
     said: String,
     /// The names of those that are made roughly.
     rough: BTreeSet<String>,
@@ -227,7 +227,7 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    /// What the scene says about all of them together.
+    /// Scene settings common to all of them.
     pub(super) fn said(&self) -> &str {
         &self.said
     }
@@ -271,7 +271,7 @@ impl<'a> Fields<'a> {
         Ok(own.made.get_or_init(|| field).clone())
     }
 
-    /// What is wrong with a formula; where a field of it was interrupted, that.
+    /// Error of a formula, or its interruption.
     fn wrong(&self, section: &Section, key: &str, message: String) -> Error {
         if self.loader.control.interrupted() { Error::Interrupted } else { section.error(key, message) }
     }

@@ -16,7 +16,7 @@ use crate::animation::Timeline;
 use crate::error::Result;
 use crate::properties::{Section, Table};
 
-/// What a scene says at all moments, and one of them \[s\].
+/// Animated scene and a moment \[s\].
 #[derive(Debug, Clone, Copy)]
 pub struct Film<'a> {
     /// How it changes.
@@ -43,11 +43,11 @@ const SMOOTH: f64 = 5.0;
 /// Most frames between solutions, and most frames that are looked at.
 const MOST_FRAMES: f64 = 16.0;
 const LOOKS: u64 = 48;
-/// What gas is made of besides the stars: where that changes, gas is solved at every moment.
+/// Gas inputs other than the stars: where that changes, gas is solved at every moment.
 const OTHERS: [&str; 3] = ["gas", "field", "bands"];
 
 impl Film<'_> {
-    /// What the gas of a table is made of at this moment; none where it is solved at each.
+    /// Keyframes of the gas of a table at this moment; `None` if it is solved at each.
     ///
     /// # Errors
     /// Where what the scene says at a moment cannot be read.
@@ -84,7 +84,7 @@ impl Film<'_> {
         super::star_table::stars(&Section::root(&self.timeline.at(self.tree, time)?), loader)
     }
 
-    /// What is wrong with a star whose light changes faster than light crosses the cloud, which as a whole grows bright at once; none where no star does.
+    /// Warning about a star whose light changes faster than light crosses the cloud, which as a whole grows bright at once; none where no star does.
     ///
     /// # Errors
     /// Where what the scene says at a moment cannot be read.

@@ -1,4 +1,4 @@
-//! What is kept from reading to reading of a scene: fields and stars whose words did not change.
+//! Cache between readings of a scene: fields and stars whose words did not change.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
@@ -21,13 +21,13 @@ const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
 const MAX_GAS: usize = 4;
 
-/// What was made of texts, the latest last.
+/// Cached results of texts, the latest last.
 type Kept<T> = Arc<Mutex<VecDeque<(String, Arc<T>)>>>;
 
-/// What a scene may read, and what was made of that before; clones share it.
+/// Inputs of a scene and a cache of what was read; clones share it.
 #[derive(Debug, Clone)]
 pub struct Loader {
-    /// What the names in the scene mean.
+    /// Named objects of the scene.
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
     /// Of fields that were made, whether they are grids.
@@ -42,7 +42,7 @@ pub struct Loader {
     pub(super) tracer: Option<Arc<dyn RayTracer>>,
     /// The moment at which a scene is read that changes \[s\].
     pub(super) moment: f64,
-    /// What ends a reading early.
+    /// Reasons to stop reading.
     pub(crate) control: Control,
 }
 
@@ -171,7 +171,7 @@ impl Loader {
         kept(&self.catalogues, 1, text, build)
     }
 
-    /// What stars make of the gas that `text` describes: that of before, or anew.
+    /// Ionised state of the gas that `text` describes: that of before, or anew.
     pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<IonisedGas>) -> Result<Arc<IonisedGas>> {
         match known(&self.gas, text) {
             Some(gas) => Ok(gas),
@@ -181,12 +181,12 @@ impl Loader {
     }
 }
 
-/// What was made of a text before.
+/// Cached result of a text.
 fn known<T>(all: &Mutex<VecDeque<(String, Arc<T>)>>, text: &str) -> Option<Arc<T>> {
     all.lock().ok().and_then(|all| all.iter().find(|(of, _)| of == text).map(|(_, kept)| kept.clone()))
 }
 
-/// What was made of a text before, or what is made now; so many are kept at most.
+/// Cached or new result of a text; the cache is bounded.
 fn kept<T>(all: &Mutex<VecDeque<(String, Arc<T>)>>, most: usize, text: &str, build: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
     if let Some(kept) = known(all, text) {
         return Ok(kept);

@@ -16,7 +16,7 @@ use crate::stored::Precision;
 pub struct MethodEntry {
     /// The name in scenes and on the command line.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The rule by which spectral integrals are done.
     pub rule: &'static RuleEntry,
@@ -96,7 +96,7 @@ pub struct Method {
     pub entry: MethodEntry,
     /// The allowed error, relative to F(0) for integrals and to its rms for the image \[1\].
     pub accuracy: f64,
-    /// What is fixed of the rule, and not chosen by the accuracy.
+    /// Fixed parameters of the rule, independent of the accuracy.
     pub settings: Settings,
     /// A fixed number of samples a ray.
     pub steps: Option<usize>,
@@ -126,7 +126,7 @@ const MAX_EXACT_STARS: i64 = 1_000_000;
 /// More bounces than any light lives.
 pub const MANY_BOUNCES: usize = 1000;
 
-/// What a method may be asked for: nodes or elements, the range of a basis, the accuracy, voxels of a sampled function.
+/// Parameters of a method: nodes or elements, the range of a basis, the accuracy, voxels of a sampled function.
 const COUNT: RangeInclusive<i64> = 1..=4096;
 const RANGE: RangeInclusive<f64> = 1e-6..=1e6;
 const ACCURACY: RangeInclusive<f64> = 1e-9..=0.5;

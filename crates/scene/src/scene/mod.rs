@@ -68,7 +68,7 @@ use crate::properties::{Key, Place, Section, Table};
 pub struct Scene {
     /// The name of the scene.
     pub name: String,
-    /// What the scene shows, in sentences.
+    /// Description of the scene, in sentences.
     pub description: String,
     /// The camera that looks at it.
     pub camera: Camera,
@@ -78,13 +78,13 @@ pub struct Scene {
     pub dust: Option<Dust>,
     /// The species of gas that glow, those of [`gas`](Self::gas) last.
     pub emission: Vec<Emission>,
-    /// What the stars make of `[gas]`.
+    /// Ionised state of `[gas]`.
     pub gas: Option<Arc<IonisedGas>>,
     /// Stars within or near the cloud: those of `[[star]]`, then those of each `[[star_table]]`.
     pub stars: Vec<Star>,
-    /// What lies behind all of it.
+    /// Background.
     pub background: Background,
-    /// What densities have below their voxels; none where they are as smooth as their grids.
+    /// Density detail below the voxel size; `None` for densities as smooth as their grids.
     pub detail: Option<Detail>,
     /// The passbands through which the telescope looks.
     pub bands: Vec<Passband>,
@@ -94,13 +94,13 @@ pub struct Scene {
     pub display: Display,
     /// Position on the sky, if stated.
     pub observation: Option<Observation>,
-    /// What records the picture; none where nobody said.
+    /// Instrument, if stated.
     pub instrument: Option<Arc<Instrument>>,
-    /// What files hold beside the picture, and how.
+    /// Additional contents of files and their encoding.
     pub output: Output,
     /// The method by which spectral integrals are done.
     pub method: Method,
-    /// What changes in it from moment to moment, and the frames that show it: none where all of it stands still.
+    /// Its animation, and the frames that show it: none where all of it stands still.
     pub timeline: Option<Arc<Timeline>>,
     /// True if what takes long was made roughly, as a [loader](Loader::roughly) asked.
     pub is_rough: bool,

@@ -1,4 +1,4 @@
-//! What a scene file may hold, table by table: the manual is printed from it, the explorer edits by it.
+//! Schema of scene files, table by table: the manual is printed from it, the explorer edits by it.
 
 use super::{
     ROOT, albedo, background, band, catalogue, detail, display, dust, emission, fields, gas, glare, instrument, method, observation,
@@ -15,7 +15,7 @@ pub struct TableRow {
     pub title: &'static str,
     /// The place in the file, without brackets: "field.*" is any field, "star" one of many.
     pub path: &'static str,
-    /// What the table is, in sentences.
+    /// Description of the table.
     pub text: &'static str,
     /// Keys that it has whatever its kind.
     pub keys: &'static [Key],

@@ -28,7 +28,7 @@ pub struct Star {
     pub visible: bool,
 }
 
-/// What ionising light of stars depends on, as a text that is the same for the same stars.
+/// Fingerprint of the stars' ionising light, as a text.
 pub(super) fn said(stars: &[Star]) -> String {
     // Samples from 2 to 100 nm tell one spectrum from another.
     let of = |star: &Star| {

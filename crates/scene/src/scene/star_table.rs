@@ -42,7 +42,7 @@ struct Column {
     index: usize,
     name: String,
     unit: Option<String>,
-    /// What the value of its key is, such as a length.
+    /// Kind of value of its key, such as a length.
     kind: &'static str,
 }
 
@@ -94,7 +94,7 @@ fn columns_note(file: &str, columns: &[Column], count: usize) -> InputNote {
     InputNote { file: file.to_owned(), text: format!("star table: {count} stars by {}", listed.join(", ")), is_inferred: false }
 }
 
-/// What messages call a row.
+/// Name of a row in messages.
 const ROWS: &str = "row";
 
 /// A row's number among all, from 1, and its line.

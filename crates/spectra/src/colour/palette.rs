@@ -17,7 +17,7 @@ pub struct Palette {
 pub struct PaletteEntry {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it shows, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// Makes the columns for the bands of a scene.
     pub build: fn(&[Passband]) -> Result<Vec<[f64; 3]>>,

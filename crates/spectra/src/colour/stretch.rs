@@ -24,7 +24,7 @@ pub struct Stretch {
 pub struct StretchEntry {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it does, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     default_strength: f64,
     range: (f64, f64),

@@ -29,7 +29,7 @@ pub struct Column {
     pub unit: Option<String>,
 }
 
-/// What separates the cells of a row, and what stands before decimals.
+/// Separators of cells and of decimals.
 #[derive(Debug, Clone, Copy)]
 struct Dialect {
     separator: char,

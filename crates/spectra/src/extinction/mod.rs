@@ -54,7 +54,7 @@ pub enum Maker {
 pub struct LawEntry {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is and where it is from, in one line.
+    /// Summary and source in one line.
     pub summary: &'static str,
     /// The way in which it is made.
     pub maker: Maker,

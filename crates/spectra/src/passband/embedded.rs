@@ -58,7 +58,7 @@ pub fn family(name: &str) -> Option<&'static Family> {
 pub struct SetEntry {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The bands, from blue to red.
     pub bands: &'static [&'static str],

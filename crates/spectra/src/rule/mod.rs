@@ -64,13 +64,13 @@ pub struct BandProblem<'a> {
     pub depth: f64,
     /// The allowed error of F relative to F(0) \[1\].
     pub accuracy: f64,
-    /// What the user has fixed of the rule.
+    /// Rule parameters fixed by the user.
     pub settings: &'a Settings,
     /// True if nobody waits for the rule any more: what is worked out from then on may be anything.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// What a user may fix of a rule, for comparisons.
+/// Rule parameters that a user may fix, for comparisons.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Number of nodes, intervals, elements or samples; chosen by accuracy otherwise.
@@ -227,7 +227,7 @@ impl BandRule {
 pub struct RuleEntry {
     /// The name in scenes and on the command line.
     pub name: &'static str,
-    /// What it does, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// True if its terms are nodes, each of which is monochromatic transport.
     pub nodes: bool,

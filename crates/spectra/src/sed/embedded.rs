@@ -26,7 +26,7 @@ pub fn star_names() -> impl Iterator<Item = &'static str> {
     head.split(',').skip(1)
 }
 
-/// What the library says of a spectrum, in words.
+/// Library entry of a spectrum, in words.
 pub fn star_summary(name: &str) -> String {
     let Some(own) = SpectralType::parse(name) else { return String::new() };
     let metals = match own.metals {

@@ -1,4 +1,4 @@
-//! What a growing basis makes of one exponential, and what lies beyond its range.
+//! Fit of one exponential by a growing basis, and behaviour beyond its range.
 
 use barnard::control::Control;
 use spectra::basis::{Basis, Criterion, Domain};

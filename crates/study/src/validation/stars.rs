@@ -119,7 +119,7 @@ impl Run {
         Ok(Self { stars, scene, plan, planned, ratio: all / alone })
     }
 
-    /// What this run costs, and its error beside paths.
+    /// Cost of this run, and its error relative to the path tracer.
     fn against_paths(&self, control: &Control) -> Result<Vec<String>> {
         let options = path::Options { samples: PATHS, ..path::Options::default() };
         let tracer = backends::paths(&self.scene, options, control)?;

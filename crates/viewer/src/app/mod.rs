@@ -377,7 +377,7 @@ impl App {
         }
     }
 
-    /// What there is to say of a scene that is known roughly.
+    /// Notes of a rough scene.
     pub fn refining(&self) -> Option<String> {
         self.document.is_rough().then(|| match self.document.failure() {
             Some(_) => "the cloud on few voxels alone".into(),

@@ -1,4 +1,4 @@
-//! What the explorer asks its engine for.
+//! Requests to the render thread.
 
 use std::sync::Arc;
 use std::time::Duration;

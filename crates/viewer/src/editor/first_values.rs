@@ -1,4 +1,4 @@
-//! What a table or a key begins with, when a person adds it.
+//! Initial text of an added table or key.
 
 use barnard::properties::Key;
 use barnard::scene::schema::TableRow;

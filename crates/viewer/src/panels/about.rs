@@ -1,4 +1,4 @@
-//! What mouse and keys do.
+//! Mouse and keyboard input.
 
 use eframe::egui::{self, Context};
 

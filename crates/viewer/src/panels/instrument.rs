@@ -1,4 +1,4 @@
-//! What records the picture: an instrument, and how long it looks.
+//! Instrument and exposure time.
 
 use barnard::instrument::PRESETS;
 use eframe::egui::{self, Slider, SliderClamping, Ui};

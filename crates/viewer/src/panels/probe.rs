@@ -1,4 +1,4 @@
-//! What arrives at the pixel under the pointer: radiances in the units of the field, depth, and the whole spectrum.
+//! Probe of the pixel under the pointer: radiances in the units of the field, depth, and the whole spectrum.
 
 use std::sync::Arc;
 

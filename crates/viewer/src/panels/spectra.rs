@@ -122,7 +122,7 @@ const BEFORE: f64 = 0.7;
 /// The luminosity of the first star \[Lsun\].
 const FIRST_LSUN: f64 = 1000.0;
 
-/// What a star sends between 20 nm and 50 um \[Lsun\].
+/// Luminosity of a star between 20 nm and 50 um \[Lsun\].
 fn luminosity_lsun(star: &barnard::scene::Star) -> f64 {
     const STEPS: usize = 400;
     let (first, step) = (0.02f64, (50.0f64 / 0.02).ln() / STEPS as f64);

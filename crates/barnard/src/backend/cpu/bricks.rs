@@ -45,7 +45,7 @@ const HALO: f64 = 6.0;
 /// Numbers of a ray beside its sums: the optical depth, and the largest depth that was met.
 const BESIDE_SUMS: usize = 2;
 
-/// What all bricks of a volume share: a scene of coarse fields with its plan, and where the voxels are.
+/// Data shared by all bricks of a volume: a scene of coarse fields with its plan, and where the voxels are.
 #[derive(Debug)]
 pub struct Whole {
     scene: Scene,
@@ -54,7 +54,7 @@ pub struct Whole {
     memory_limit: u64,
 }
 
-/// What a brick, or some of them one behind the other, do to the rays of a picture.
+/// Effect of a brick, or of several consecutive bricks, on the rays of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partial {
     /// The rays that meet it, by rows and columns; others see nothing of it.
@@ -245,7 +245,7 @@ impl Whole {
         k.iter().copied().cycle().take(tables.terms.sums(tables.weights.terms)).collect()
     }
 
-    /// What bricks do of which one stands before the other.
+    /// Combined effect of two bricks, the nearer one first.
     ///
     /// # Errors
     /// Where the parts are not those of this picture.

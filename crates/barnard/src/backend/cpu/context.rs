@@ -1,4 +1,4 @@
-//! What a march reads and never writes: the plan with its flat tables.
+//! Read-only context of a march: the plan with its flat tables.
 
 use super::phase_rows::PhaseEntries;
 use super::state::Slots;

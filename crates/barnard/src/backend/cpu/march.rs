@@ -42,7 +42,7 @@ pub struct March<'a> {
     dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
     brightest: (f32, Vec<f32>),
-    /// What densities have below their voxels.
+    /// Density detail below the voxel size.
     detail: Option<DetailNoise<'a>>,
     /// The part of space whose segments count, its upper borders left out; all of it where there is none.
     domain: Option<Bounds>,

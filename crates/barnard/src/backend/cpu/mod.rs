@@ -85,7 +85,7 @@ pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats
     Ok((data, stats_of(plan, depth, negative)))
 }
 
-/// What a march of all rays of a plan measured.
+/// Measurements of a march of all rays of a plan.
 fn stats_of(plan: &Plan, depth: f32, negative: u64) -> RenderStats {
     let tiles = |pixels: usize| (pixels * plan.camera.supersampling).div_ceil(TILE);
     let rays = (tiles(plan.camera.width) * tiles(plan.camera.height) * LANES) as u64;

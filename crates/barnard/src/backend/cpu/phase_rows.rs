@@ -73,7 +73,7 @@ impl PhaseRows {
         }
     }
 
-    /// What the table holds for a term at one place.
+    /// Table values of a term at one position.
     #[inline(always)]
     pub(super) fn at(&self, entry: u32, fraction: f32, term: usize) -> f32 {
         let row = entry as usize * self.stride + if self.stride == 1 { 0 } else { term };

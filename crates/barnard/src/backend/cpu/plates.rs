@@ -1,4 +1,4 @@
-//! What each light sends at nodes that all bands share, as combinations of them: the march of plates.
+//! Radiance of each light at nodes shared by all bands, as combinations of them: the march of plates.
 
 use spectra::simd;
 
@@ -15,7 +15,7 @@ use crate::plan::Plan;
 pub(crate) struct Combined {
     /// Light × combination × height × width.
     pub data: Vec<f32>,
-    /// What the march measured.
+    /// Measurements of the march.
     pub stats: RenderStats,
 }
 

@@ -8,7 +8,7 @@ use crate::packet::{LANES, Lane, fma, lanes};
 pub(super) struct Segment<'a> {
     /// The steps it covers.
     pub span: StepSpan,
-    /// What the volumes hold at its two ends, by slots.
+    /// Volume samples at its two ends, by slots.
     pub before: &'a [Lane],
     pub after: &'a [Lane],
     /// And in its middle, where it has a sample there.

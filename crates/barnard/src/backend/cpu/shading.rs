@@ -16,7 +16,7 @@ use crate::plan::Scatterer;
 use crate::plan::near::{DustNearby, NEAR_ANGLE, NEAR_VOXELS, NearPiece};
 use crate::plan::{near, segment as plan_segment};
 
-/// What a segment holds of a star's light where a mean of 1/r² does: ∫ σ/r² dt, zero on lanes that are close to the
+/// Starlight in a segment with a mean of 1/r²: ∫ σ/r² dt, zero on lanes that are close to the
 /// star, and how far the segment's middle lies behind the foot.
 struct Irradiated {
     close: [bool; LANES],

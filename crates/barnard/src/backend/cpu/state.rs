@@ -65,7 +65,7 @@ pub(super) struct State<'a> {
     pub(super) tau: Lane,
     /// Light so far, term × lane.
     pub(super) sum: Vec<Lane>,
-    /// What a segment sends of a light with each term, and room up to whole quads of terms, term × lane.
+    /// Emission of a light in a segment for each term, and room up to whole quads of terms, term × lane.
     pub(super) bases: Vec<Lane>,
     /// Scattered light so far where it comes from the light field, element × polynomial × lane.
     pub(super) channels: Vec<Lane>,

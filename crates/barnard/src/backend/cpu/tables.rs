@@ -5,7 +5,7 @@ use super::phase_rows::PhaseRows;
 use super::terms::Terms;
 use crate::plan::{PhaseTable, Plan, Weights};
 
-/// What a march reads of the spectral plan, as flat tables in single precision.
+/// Spectral plan as flat tables in single precision.
 #[derive(Debug)]
 pub struct Tables {
     /// How each term falls with depth.

@@ -1,4 +1,4 @@
-//! What paths have brought so far: for each pixel and band how many, their mean and the scatter around it (Welford
+//! Estimates of the path tracer so far: for each pixel and band how many, their mean and the scatter around it (Welford
 //! 1962).
 
 /// The estimate of one pixel in one band.

@@ -19,7 +19,7 @@ pub struct Medium<'a> {
     /// The dust itself.
     pub dust: &'a Dust,
     majorant: Majorant,
-    /// What it has below its voxels, as eyes see it.
+    /// Its detail below the voxel size, as seen by the eyes.
     detail: Option<&'a SeenDetail>,
 }
 

@@ -66,7 +66,7 @@ pub struct PathTracer {
     pub options: Options,
     /// Sums of paths: of a run before, or none.
     pub film: Film,
-    /// What the first paths of the film's scene bring, once it was rendered: another scene begins anew.
+    /// Light of the first paths of the film's scene, once it was rendered: another scene begins anew.
     first_paths: Option<Vec<f64>>,
 }
 
@@ -209,7 +209,7 @@ fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, 
 /// Pixels whose first paths are compared.
 const CHECKED: usize = 64;
 
-/// What the first paths of some pixels bring, bands × pixels. These numbers are the same where scene, camera, bands,
+/// Light of the first paths of some pixels, bands × pixels. These numbers are the same where scene, camera, bands,
 /// bounces and seed are: a film that is kept for a later run is recognised by them.
 ///
 /// # Errors

@@ -33,7 +33,7 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// What `light` sends at this wavelength through the band, over the probability of drawing it.
+    /// Emission of `light` at this wavelength through the band, divided by the probability density of the wavelength.
     pub fn of(&self, light: usize, lights: &[Light]) -> f64 {
         match self.line {
             Some((owner, strength)) => {

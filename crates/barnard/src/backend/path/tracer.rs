@@ -47,7 +47,7 @@ pub struct Tracer<'a> {
     species: Vec<Species<'a>>,
     background: Option<usize>,
     bands: Vec<SampledWavelengths>,
-    /// What densities have below their voxels, as the eye sees them.
+    /// Density detail below the voxel size, as seen by the eye.
     detail: Option<&'a SeenDetail>,
     /// The numbers of scatterings that are counted.
     bounces: RangeInclusive<usize>,

@@ -65,7 +65,7 @@ struct Truth<'a> {
     scene: &'a Scene,
     lights: Vec<Light>,
     waves: Vec<Wave>,
-    /// What densities have below their voxels, along rays of the camera.
+    /// Density detail below the voxel size, along rays of the camera.
     detail: Option<SeenDetail>,
     accuracy: f64,
     control: &'a Control,

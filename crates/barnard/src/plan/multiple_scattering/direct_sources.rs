@@ -1,4 +1,4 @@
-//! What shines before it is scattered, for eight terms.
+//! Source of first-order light for eight terms.
 
 use std::collections::HashMap;
 

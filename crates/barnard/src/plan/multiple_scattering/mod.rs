@@ -66,7 +66,7 @@ use crate::error::Result;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::volume::{Channel, Volume};
 
-/// What a device needs to sweep orders of scattering in place of the processor.
+/// Interface for devices that sweep orders of scattering.
 pub mod ordinates {
     pub use super::beam::{Beam, beam};
     pub use super::cells::Cells;

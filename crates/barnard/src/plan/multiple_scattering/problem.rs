@@ -1,4 +1,4 @@
-//! What a field of scattered light is solved for: a draft of a plan, and its passbands' nodes as media.
+//! Problem of multiple scattering: a draft of a plan, and its passbands' nodes as media.
 
 use spectra::rule::Node;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-/// What is to be told of how a field was found.
+/// Facts about a solution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScatteringReport {
     /// The number of cells along each axis.

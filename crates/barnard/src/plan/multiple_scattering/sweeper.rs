@@ -1,4 +1,4 @@
-//! What sweeps orders of scattering, one after the other: the processor, or a device that the caller brings.
+//! Sweeper of scattering orders: the processor, or a device that the caller brings.
 //!
 //! A [`Sweeper`] takes up a [`Transfer`] and what shines first, and brings [`Orders`]: each scatters the one before and
 //! sweeps it along the discrete ordinates. What is found does not depend on where it is found, but for the rounding of

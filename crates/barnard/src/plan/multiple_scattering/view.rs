@@ -1,4 +1,4 @@
-//! What of a camera decides in which direction light leaves a place.
+//! Camera geometry that determines the direction of outgoing light.
 
 use glam::DVec3;
 

@@ -160,9 +160,9 @@ impl<'a> Shading<'a> {
 struct Bands<'a> {
     shading: &'a Shading<'a>,
     ray: &'a Ray,
-    /// What comes by rules, as the spectral plan sums it.
+    /// Radiance by the rules of the spectral plan.
     sums: Vec<f64>,
-    /// What comes by exact measures, band by band.
+    /// Exact radiance per band.
     exact: Vec<f64>,
     /// The light that a field brings, element × polynomial.
     channels: Vec<f64>,

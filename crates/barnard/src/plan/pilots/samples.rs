@@ -1,4 +1,4 @@
-//! What a ray passes at many places: dust, depths from stars, gas.
+//! Samples along a ray: dust, depths from stars, gas.
 
 use super::star_columns::StarColumns;
 use super::steps::Steps;
@@ -11,7 +11,7 @@ const PLACES: usize = 24;
 /// The least number of places for each star.
 const MIN_PLACES: usize = 6;
 
-/// What lies at each of some places of a ray.
+/// Samples at several positions of a ray.
 pub(super) struct Samples {
     /// The stars whose depths are known.
     stars: usize,
@@ -20,7 +20,7 @@ pub(super) struct Samples {
     values: Vec<f64>,
 }
 
-/// What lies at one place.
+/// Sample at one position.
 #[derive(Clone, Copy)]
 pub(super) struct Sample<'a> {
     /// σ at V [pc⁻¹].
@@ -44,7 +44,7 @@ impl Samples {
         Sample { sigma: values[0], depths: &values[1..1 + self.stars], emission: &values[1 + self.stars..] }
     }
 
-    /// What the plan's volumes hold; stars without depths of their own, which come last, have exact ones.
+    /// Samples of the plan's volumes; stars without depths of their own, which come last, have exact ones.
     pub(super) fn of_volumes(space: &SpatialPlan, ray: &Ray, places: &[f64], columns: &StarColumns) -> Self {
         let seen = &columns.stars;
         let mut samples = Self::zeroed(seen.len(), space, places.len());
@@ -76,7 +76,7 @@ impl Samples {
         samples
     }
 
-    /// What the fields themselves hold, with star depths marched through them: those through the samples of the dust,
+    /// Samples of the fields themselves, with star depths marched through them: those through the samples of the dust,
     /// and at some places along the refined `steps` what lies between both.
     pub(super) fn of_fields(space: &SpatialPlan, ray: &Ray, steps: &Steps, places: &[f64], columns: &StarColumns) -> Self {
         let seen = &columns.stars;

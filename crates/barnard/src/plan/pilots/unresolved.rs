@@ -1,4 +1,4 @@
-//! What samples of dust that is a function cost the stars that are seen through it.
+//! Error of stars seen through sampled dust functions.
 
 use rayon::prelude::*;
 

@@ -12,7 +12,7 @@ use crate::plan::{Options, star_depths};
 use crate::scene::Scene;
 use crate::volume::MAX_CHANNELS;
 
-/// What stands at the voxels of a brick and its halo; each has depth × height × width values, x running fastest.
+/// Values at the voxels of a brick and its halo; each has depth × height × width values, x running fastest.
 #[derive(Debug, Clone, Default)]
 pub struct BrickFields {
     /// The extinction σ at V [pc⁻¹]; nothing where there is no dust.

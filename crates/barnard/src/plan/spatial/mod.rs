@@ -1,4 +1,4 @@
-//! What the places of things decide: density, star depths, empty space.
+//! Spatial plan: density, star depths, empty space.
 
 pub(in crate::plan) mod bake;
 mod brick;

@@ -1,4 +1,4 @@
-//! What spectra decide: a solved rule for each passband, phase tables, and the certificate.
+//! Spectral plan: a solved rule for each passband, phase tables, and the certificate.
 
 pub mod closed_form;
 mod phase_table;
@@ -42,7 +42,7 @@ pub struct SpectralPlan {
     phase_at_pivot: Option<PhaseAtPivot>,
 }
 
-/// What rules are made for.
+/// Target of the rules.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RuleTarget {
     /// The allowed error, relative to the light without extinction \[1\].
@@ -194,7 +194,7 @@ impl SpectralPlan {
         Ok(())
     }
 
-    /// What a light sends through all bands without dust.
+    /// Unattenuated light through all bands.
     pub(crate) fn total(&self, light: usize) -> f64 {
         self.bands.iter().map(|band| band.sources[light].measure.total()).sum()
     }
@@ -286,7 +286,7 @@ pub(in crate::plan) fn support_um(scene: &Scene) -> (f64, f64) {
     ends.fold((f64::MAX, 0.0), |(low, high): (f64, f64), (l, h)| (low.min(l), high.max(h)))
 }
 
-/// What a light sends through a passband.
+/// Unattenuated light through a passband.
 pub(crate) fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {
     let mut source = Source::new(&light.name, band, &light.spectrum, &***law, factor(light.route, scene.dust.as_ref()));
     let spectral = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| p.is_spectral());

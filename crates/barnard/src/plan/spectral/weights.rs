@@ -23,7 +23,7 @@ pub struct Emitter {
     pub light: usize,
     /// The number of the species in the scene.
     pub species: usize,
-    /// What it sends through all bands in parts of what any species sends \[1\].
+    /// Emission through all bands relative to that of all species \[1\].
     pub total: f32,
     /// The weight of each term.
     pub weights: Vec<f32>,

@@ -17,7 +17,7 @@ pub struct Blocking {
     pub axes: [usize; 3],
     /// True if x, y and z run against the array's indices.
     pub backwards: [bool; 3],
-    /// What values are multiplied by.
+    /// Factor of the values.
     pub factor: f64,
     /// True if values that are negative or no numbers become zero.
     pub clip: bool,
@@ -119,7 +119,7 @@ impl Filling {
         }
     }
 
-    /// What has come.
+    /// Received replies.
     ///
     /// # Errors
     /// Where it took more memory than it may, or all values are less than single precision holds.

@@ -166,7 +166,7 @@ impl Blocks {
         self.blocks.iter().flatten().map(Block::bytes).sum::<u64>() + (size_of::<Option<Block>>() * self.blocks.len()) as u64
     }
 
-    /// What a voxel's number along an axis adds to its address: the number of its block, and its place in there.
+    /// Address offset of a voxel's index along an axis: the number of its block, and its place in there.
     #[inline(always)]
     pub(crate) fn address(&self, axis: usize, i: usize) -> usize {
         let [nx, ny, _] = self.counts;

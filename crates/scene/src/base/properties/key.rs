@@ -5,11 +5,11 @@
 pub struct Key {
     /// The name as scenes write it.
     pub name: &'static str,
-    /// What its value is, such as a length.
+    /// Kind of value, such as a length.
     pub kind: &'static str,
-    /// What holds where the key is left out; none for a required key.
+    /// Default value; none for a required key.
     pub default: Option<&'static str>,
-    /// What it means, in one line.
+    /// Meaning in one line.
     pub summary: &'static str,
     /// The catalogue that its text is a name of, if any.
     pub catalogue: Option<&'static str>,

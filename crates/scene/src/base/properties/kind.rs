@@ -10,7 +10,7 @@ use crate::error::Result;
 pub struct Kind<T: 'static> {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The keys it takes beside `kind`.
     pub keys: &'static [Key],
@@ -18,19 +18,19 @@ pub struct Kind<T: 'static> {
     pub build: fn(&Section, &Inputs) -> Result<T>,
 }
 
-/// What a kind is, without what makes it.
+/// Description of a kind, without its constructor.
 #[derive(Debug, Clone, Copy)]
 pub struct KindRow {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The keys it takes beside those of every kind.
     pub keys: &'static [Key],
 }
 
 impl<T> Kind<T> {
-    /// What it is.
+    /// Description.
     pub fn row(&self) -> KindRow {
         KindRow { name: self.name, summary: self.summary, keys: self.keys }
     }

@@ -11,7 +11,7 @@ fn steps(place: &str) -> Result<Vec<&str>, String> {
     Ok(steps)
 }
 
-/// What stands at a place; none where nothing does.
+/// Value at a path, if any.
 ///
 /// # Errors
 /// In words, where the place is none of any tree.

@@ -56,7 +56,7 @@ impl<'a> Section<'a> {
         self.table.get(key).is_some()
     }
 
-    /// What the table says, without comments: tables that say the same have equal texts.
+    /// Canonical text of the table, without comments.
     pub fn said(&self) -> String {
         self.table.to_string()
     }

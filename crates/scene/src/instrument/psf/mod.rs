@@ -18,7 +18,7 @@ use crate::image::Band;
 use crate::image::convolution::Kernel;
 use crate::properties::Kind;
 
-/// What a point is seen through.
+/// Optics in front of a point.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     /// The instrument.
@@ -39,7 +39,7 @@ pub trait PointSpread: std::fmt::Debug + Send + Sync {
     /// Where it spreads no light at all.
     fn kernel(&self, view: &View) -> Result<Option<Kernel>>;
 
-    /// What it is in words: two that say the same are the same.
+    /// Description: equal texts mean equal values.
     fn said(&self) -> String;
 }
 

@@ -38,7 +38,7 @@ pub const DEVIATIONS: RangeInclusive<f64> = 0.0..=1.5;
 /// Exponents of spectra.
 pub const SLOPES: RangeInclusive<f64> = 3.05..=8.0;
 
-/// What a scene says of detail below its voxels.
+/// Settings of detail below the voxel size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detail {
     /// The number of the noise.
@@ -126,11 +126,11 @@ fn reach(grid: &Grid) -> f64 {
 /// The noise that continues the grids of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FineDetail {
-    /// What the scene says of it.
+    /// Scene settings.
     pub said: Detail,
     /// All octaves, the longest first.
     pub octaves: Vec<Octave>,
-    /// What each density is continued by.
+    /// Continuation of each density.
     pub roughness: Vec<Roughness>,
 }
 
@@ -172,12 +172,12 @@ impl FineDetail {
         self.octaves.iter().map(exponent).sum::<f64>().exp()
     }
 
-    /// What no factor of a density exceeds.
+    /// Upper bound of a density's factor.
     pub fn most(&self, density: usize) -> f64 {
         self.octaves.iter().map(|octave| MOST * octave.deviations[density]).sum::<f64>().exp()
     }
 
-    /// What few factors of a density exceed: that of two deviations.
+    /// Factor of a density at two standard deviations.
     pub fn usual_most(&self, density: usize) -> f64 {
         let variance = self.octaves.iter().map(|octave| octave.deviations[density].powi(2)).sum::<f64>();
         (2.0 * variance.sqrt()).exp()
@@ -189,7 +189,7 @@ impl FineDetail {
         self.octaves.iter().rev().find(seen).map(|octave| octave.wavelength_pc)
     }
 
-    /// What it is, in words.
+    /// Description.
     pub fn in_words(&self) -> String {
         let [longest, shortest] = [self.octaves.first(), self.octaves.last()].map(|o| o.map_or(0.0, |octave| octave.wavelength_pc));
         let deviations: Vec<String> = self.roughness.iter().map(|of| format!("{:.2} (k^-{:.1})", of.deviation, of.slope)).collect();

@@ -12,11 +12,11 @@ use std::ops::{Add, Mul};
 pub const WAVELENGTH: f64 = 1.2;
 /// 1 over the deviation of the sum over corners.
 pub const NORM: f64 = 159.93;
-/// What no value exceeds: 2.57 is the largest of 2e7 places.
+/// Upper bound of all values: 2.57 is the largest of 2e7 places.
 pub const MOST: f64 = 2.6;
 /// Cumulants of the values beyond the second, the fourth and the sixth, from 2e7 places.
 pub const CUMULANTS: (f32, f32) = (-0.336, -0.21);
-/// What makes one number of a corner's three.
+/// Combination of the three numbers of a corner.
 const ROWS: [u32; 3] = [0x8da6_b343, 0xd816_3841, 0xcb1a_b31f];
 
 /// ln of the mean of e^(s n), for |s| ≤ 1.5.
@@ -38,7 +38,7 @@ pub fn double(p: [f64; 3], seed: u32) -> f64 {
     noise!(p, seed, double_corner, f64, 6_755_399_441_055_744.0)
 }
 
-/// What a corner adds at a place seen from it; `rows` are those of the first corner, from which it is so many steps.
+/// Contribution of a corner at a position relative to it; `rows` are those of the first corner, from which it is so many steps.
 #[inline(always)]
 fn single_corner(rows: [u32; 3], steps: [bool; 3], seed: u32, at: [f32; 3]) -> f32 {
     corner!(rows, steps, seed, at, f32, u32)

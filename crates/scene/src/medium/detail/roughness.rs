@@ -36,7 +36,7 @@ pub struct Roughness {
 }
 
 impl Roughness {
-    /// What is said of a grid.
+    /// Description of a grid.
     pub fn said(grid: &Grid, deviation: f64, slope: f64) -> Self {
         Self { wavelength_pc: two_voxels(grid), deviation, slope }
     }
@@ -46,7 +46,7 @@ impl Roughness {
         (two_voxels(grid) / self.wavelength_pc - 1.0).abs() < 1e-9
     }
 
-    /// What a grid's own voxels say; a deviation of zero where it is empty or has few of them.
+    /// Estimate from a grid's own voxels; a deviation of zero where it is empty or has few of them.
     pub fn of(grid: &Grid) -> Self {
         let wavelength_pc = two_voxels(grid);
         let [two, four] = [2, 4].map(|apart| second_difference(grid, apart));

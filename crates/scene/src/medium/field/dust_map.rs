@@ -18,7 +18,7 @@ pub struct DustMap {
     pub source: (&'static str, &'static str),
     /// The array of its file that holds the mean.
     pub array: Option<&'static str>,
-    /// What its file says of the unit; nothing where it says none.
+    /// Unit stated by its file, if any.
     unit: Option<&'static str>,
     /// Extinction at V that a value of one is \[mag/pc\].
     extinction: f64,
@@ -82,7 +82,7 @@ impl DustMap {
         Ok(DUST_MAPS.iter().find(|map| map.name == name))
     }
 
-    /// What its file has not said of the array.
+    /// Metadata missing from its file.
     pub fn laid_out(&self, layout: &Layout) -> Layout {
         let mut layout = layout.clone();
         if let Some((low, step)) = self.corner {

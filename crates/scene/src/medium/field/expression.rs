@@ -65,7 +65,7 @@ fn jumps(normalised: &str) -> bool {
     ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")))
 }
 
-/// What the variables of a formula are.
+/// Variables of a formula.
 fn variables(
     formula: &FlatEx<SideBySide, FieldOperators>,
     lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>,

@@ -92,7 +92,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
 pub struct Loaded {
     /// The grid.
     pub grid: Grid,
-    /// What its values are in: cm-3 or mag/pc where they are number densities or extinctions, what was said otherwise.
+    /// Unit of its values: cm-3 or mag/pc where they are number densities or extinctions, what was said otherwise.
     pub unit: Option<String>,
 }
 
@@ -222,7 +222,7 @@ pub(crate) fn grams_per_h(section: &Section) -> Result<Option<f64>> {
     Ok(section.number(MASS_PER_H, MASSES_PER_H)?.map(|atoms| atoms * HYDROGEN_MASS * 1e3))
 }
 
-/// What a value of one is, in cm-3 where it is a number density, in mag/pc where it is an extinction; and in what values
+/// Unit of the values: in cm-3 where it is a number density, in mag/pc where it is an extinction; and in what values
 /// are then.
 fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
     let grams = grams_per_h(section)?;

@@ -102,7 +102,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn crossings(&self, _ray: &crate::geometry::Ray, _out: &mut Vec<f64>) {}
 }
 
-/// What can stand where a field is asked for: a field, or one that is shared.
+/// Argument for a field: a field, or one that is shared.
 pub trait IntoField {
     /// The field as it is shared between its users.
     fn into_field(self) -> Arc<dyn Field>;

@@ -3,7 +3,7 @@
 
 use exmex::{BinOp, DataType, MakeOperators, Operator};
 
-/// What expressions can be evaluated on.
+/// Number types of expressions.
 pub(super) trait Operand: Sized {
     /// a + b.
     fn sum(self, other: Self) -> Self;

@@ -17,7 +17,7 @@ pub(super) enum SideBySide {
 
 use SideBySide::{Each, Same};
 
-/// What exmex wants of every value.
+/// Value requirement of exmex.
 impl Default for SideBySide {
     fn default() -> Self {
         Same(0.0)

@@ -23,7 +23,7 @@ pub enum Store {
 }
 
 impl Store {
-    /// What a voxel's number along an axis adds to its address.
+    /// Address offset of a voxel's index along an axis.
     #[inline(always)]
     pub fn address(&self, axis: usize, i: usize) -> usize {
         match self {

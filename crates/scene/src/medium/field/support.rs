@@ -22,7 +22,7 @@ pub(super) enum Support {
     Everywhere,
 }
 
-/// What exmex wants of every value; none is ever used.
+/// Value requirement of exmex; unused.
 impl Default for Support {
     fn default() -> Self {
         Support::Number(0.0)

@@ -67,7 +67,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     build,
 };
 
-/// What a field of turbulence is made from.
+/// Keys of a turbulent field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turbulence {
     /// The number of the random waves.

@@ -46,7 +46,7 @@ pub trait Phase: std::fmt::Debug + Send + Sync {
 pub struct PhaseKind {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The keys that it takes.
     pub keys: &'static [Key],
@@ -66,7 +66,7 @@ pub fn build(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Res
     (kind.build)(section, inputs, extinction)
 }
 
-/// What can stand where a phase function is asked for: one, or one that is shared.
+/// Argument for a phase function: one, or one that is shared.
 pub trait IntoPhase {
     /// The phase function as it is shared between its users.
     fn into_phase(self) -> Arc<dyn Phase>;

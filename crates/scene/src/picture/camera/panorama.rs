@@ -172,7 +172,7 @@ mod tests {
         }
     }
 
-    /// What is ahead, above, behind and beside: below on a dome, in the middle of a sphere; on a cube as OpenEXR has it.
+    /// View directions ahead, above, behind and to the sides: below on a dome, in the middle of a sphere; on a cube as OpenEXR has it.
     #[test]
     fn where_things_are() {
         let [ahead, right, up] = VIEW;

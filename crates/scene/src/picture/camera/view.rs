@@ -4,7 +4,7 @@ use super::{Camera, Projection};
 use crate::image::View;
 
 impl Camera {
-    /// What of its picture is where; none where that is no flat picture of one eye.
+    /// World coordinates of its picture; `None` if it is not a flat picture of one eye.
     pub fn view(&self) -> Option<View> {
         let axes = [self.right, self.up, self.forward];
         // The number that divides: the depth, or one.

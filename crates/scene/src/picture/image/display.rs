@@ -31,7 +31,7 @@ pub struct Display {
     pub white: Level,
     /// Bits of each colour, 8 or 16, in formats that have both.
     pub bits: u8,
-    /// What optics make of bright points; nothing where there is none.
+    /// Glare of bright points, if any.
     pub glare: Option<Glare>,
 }
 
@@ -97,7 +97,7 @@ impl Tone {
         linear(self, image).map(self.coder()).collect()
     }
 
-    /// What makes bytes of a colour that the palette gave, by the tables of [`Tone::bytes`].
+    /// Conversion of palette colours to bytes, by the tables of [`Tone::bytes`].
     pub fn coder(&self) -> impl Fn([f64; 3]) -> [u8; 3] + Sync {
         let stretch = self.stretch_table();
         let code = |i: usize| (255.0 * spectra::colour::srgb_encode((i as f64 / CODE_GAPS as f64).powi(2)) + 0.5) as u8;

@@ -25,7 +25,7 @@ use super::optics::{OPTICS, OpticsRow};
 use super::{Band, Image, PixelScale, Samples};
 use crate::error::{Error, Result};
 
-/// What optics make of a picture.
+/// Glare of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Glare {
     /// The telescope or the eye.
@@ -164,7 +164,7 @@ impl Glare {
         })
     }
 
-    /// What is the same in all bands of a picture whose longer edge is so long.
+    /// Band-independent part for a picture with the given longer edge.
     fn haze(&self, longer: usize) -> Haze {
         let (reach, pixels) = (reach(longer), longer as f64 / 1000.0);
         let least = (self.size * pixels).max(1.0).powi(2);
@@ -232,7 +232,7 @@ fn cut(view: &mut [f64], stride: usize, (width, height): (usize, usize), (axis, 
     }
 }
 
-/// What a kernel depends on.
+/// Parameters of a kernel.
 #[derive(PartialEq)]
 struct Asked {
     glare: Glare,
@@ -259,7 +259,7 @@ fn keep(last: &mut Vec<(Asked, Arc<Kernel>)>, one: (Asked, Arc<Kernel>), bytes: 
     }
 }
 
-/// What spreads light of all bands alike: a halo, and the air.
+/// Achromatic blur: halo and seeing.
 struct Haze {
     halo: Option<Kernel>,
     air: Option<Spread>,

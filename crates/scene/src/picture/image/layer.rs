@@ -2,7 +2,7 @@
 
 use super::Samples;
 
-/// What a layer holds. All of it is sums over rays, so that a mean of layers is the layer of a mean.
+/// Content of a layer. All of it is sums over rays, so that a mean of layers is the layer of a mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerContent {
     /// A part of the picture's light, bands × height × width [W m⁻² sr⁻¹]: the sum of all such layers is the picture.
@@ -10,9 +10,9 @@ pub enum LayerContent {
     /// Mean distance of the light of dust and gas, 2 × height × width: the light of all bands times its distance
     /// [pc W m⁻² sr⁻¹], and the light [W m⁻² sr⁻¹].
     Depth,
-    /// What dust lets through, 2 × height × width: its optical depth at V, and the part of light at V that it takes \[1\].
+    /// Transmission of dust, 2 × height × width: its optical depth at V, and the part of light at V that it takes \[1\].
     OpticalDepth,
-    /// What the pixels of an instrument's picture are worth, bands × height × width: sums of [`Flag`](crate::instrument::Flag)s.
+    /// Quality flags of an instrument's picture, bands × height × width: sums of [`Flag`](crate::instrument::Flag)s.
     Mask,
 }
 
@@ -21,7 +21,7 @@ pub enum LayerContent {
 pub struct Layer {
     /// The name, such as `emission.Ha`.
     pub name: String,
-    /// What it holds.
+    /// Content.
     pub content: LayerContent,
     /// The values.
     pub samples: Samples,

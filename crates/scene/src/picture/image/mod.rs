@@ -37,11 +37,11 @@ pub struct Band {
     pub in_unit: Option<InUnit>,
     /// The certificate in words, a line for each source.
     pub certificate: Vec<String>,
-    /// What the band says of itself in keywords.
+    /// Keywords of the band.
     pub keywords: Vec<Keyword>,
 }
 
-/// What the name of a band of standard errors ends with, after the name of the band that they are of.
+/// Suffix of the name of a band of standard errors.
 pub const ERROR_SUFFIX: &str = "_error";
 
 /// The size of a pixel.
@@ -151,11 +151,11 @@ pub struct Image {
     pub observation: Option<Observation>,
     /// Key and value, in words: scene, back end, method, accuracy.
     pub notes: Vec<(String, String)>,
-    /// What the picture says of itself in keywords.
+    /// Keywords of the picture.
     pub keywords: Vec<Keyword>,
     /// Display settings of the picture.
     pub display: Display,
-    /// What its light comes from, and where; none where nobody asked.
+    /// Origin of its light, if requested.
     pub layers: Vec<Layer>,
     /// Encoding options of files.
     pub output: Output,

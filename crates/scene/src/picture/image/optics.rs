@@ -22,7 +22,7 @@ use wide::f32x8;
 pub struct OpticsRow {
     /// The name in scenes.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// The pattern of a point.
     pub pattern: fn() -> Pattern,

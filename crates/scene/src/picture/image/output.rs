@@ -1,6 +1,6 @@
 //! Encoding options of picture files.
 
-/// What stands behind a picture as layers.
+/// Layers of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LayerChoice {
     /// Its light in parts: scattered, of each gas, of the background and of stars.
@@ -37,7 +37,7 @@ impl LayerChoice {
     }
 }
 
-/// What layers of light hold.
+/// Content of layers of light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LayerChannels {
     /// Linear colours by the scene's palette, of the same exposure as the picture's.
@@ -102,9 +102,9 @@ impl Compression {
 /// Encoding options of picture files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Output {
-    /// What stands behind the picture.
+    /// Background of the picture.
     pub layers: LayerChoice,
-    /// What layers of light hold.
+    /// Content of layers of light.
     pub channels: LayerChannels,
     /// The primaries of linear colours.
     pub colours: ColourSpace,

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::error::{Error, Result};
 
-/// What coordinates of the sky are in.
+/// Unit of sky coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SkyFrame {
     /// Right ascension and declination, ICRS.
@@ -18,7 +18,7 @@ impl SkyFrame {
     /// Each by the name that scenes give it.
     pub const ROWS: &'static [(&'static str, Self)] = &[("icrs", Self::Icrs), ("galactic", Self::Galactic)];
 
-    /// What FITS calls its axes.
+    /// FITS names of its axes.
     pub fn axes(self) -> [&'static str; 2] {
         match self {
             Self::Icrs => ["RA", "DEC"],
@@ -38,7 +38,7 @@ impl SkyFrame {
         }
     }
 
-    /// What FITS calls the frame, where the axes do not say it.
+    /// FITS name of the frame, if the axes do not state it.
     pub fn reference(self) -> Option<&'static str> {
         (self == Self::Icrs).then_some("ICRS")
     }
@@ -47,7 +47,7 @@ impl SkyFrame {
 /// A place on the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SkyPlace {
-    /// What its coordinates are in.
+    /// Unit of its coordinates.
     pub frame: SkyFrame,
     /// Right ascension, or Galactic longitude \[deg\].
     pub longitude_deg: f64,
@@ -55,7 +55,7 @@ pub struct SkyPlace {
     pub latitude_deg: f64,
 }
 
-/// What would be right.
+/// Remedy.
 const EXAMPLE: &str = "two angles such as \"18h18m48s -13d49m00s\", \"18:18:48 -13:49:00\" or \"274.7 deg -13.8167 deg\"";
 
 impl SkyPlace {

@@ -56,7 +56,7 @@ impl RadianceUnit {
         ("mag/arcsec2 Vega", Self::Vega),
     ];
 
-    /// What FITS calls it.
+    /// FITS name.
     pub fn fits(self) -> &'static str {
         match self {
             Self::Si => "W m-2 sr-1",
@@ -79,7 +79,7 @@ impl RadianceUnit {
         text.trim() == self.fits() || sorted(text) == sorted(self.fits())
     }
 
-    /// What it is, in a few words.
+    /// Short description.
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Si | Self::Cgs => "band radiance, integral of R I_lambda",

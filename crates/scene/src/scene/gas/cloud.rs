@@ -24,11 +24,11 @@ const EV_UM: f64 = 1e6 * PLANCK * SPEED_OF_LIGHT / ELECTRONVOLT;
 /// A star that has ionising photons.
 #[derive(Debug, Clone)]
 pub struct IonisingStar {
-    /// What it is called in the scene.
+    /// Name in the scene.
     pub name: String,
     /// Position \[pc\].
     pub position: DVec3,
-    /// What ionises of its light, in nodes that all stars have in common.
+    /// Ionising light at nodes shared by all stars.
     pub light: IonisingLight,
 }
 
@@ -63,7 +63,7 @@ pub struct GasCloud {
     pub hydrogen: Vec<f32>,
     /// Nuclei of H, He, C, N, O, Ne, Mg, Si and S for one of hydrogen.
     pub abundances: [f64; ELEMENTS],
-    /// What dust absorbs of ionising light, for one nucleus of hydrogen \[cm²\].
+    /// Dust absorption cross-section of ionising light per hydrogen nucleus \[cm²\].
     pub dust_cm2: f64,
     /// A temperature that all of it is held at \[K\], in place of the one at which heating and cooling are in balance.
     pub isothermal: Option<f64>,
@@ -113,7 +113,7 @@ impl GasCloud {
         self.electrons() * densest * densest * self.abundances[line.element as usize] * table.brightest(line)
     }
 
-    /// What its stars make of it: the mean of each quantity in each voxel, and what there is to tell. Light of several stars goes
+    /// Ionised state: the mean of each quantity in each voxel, and what there is to tell. Light of several stars goes
     /// through it by a `tracer`, or on the processor.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What stars have made of a gas.
+//! Ionised state of a gas.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ const ESCAPED: f64 = 0.005;
 /// The part of steps that did not settle which is told.
 const UNSETTLED: f64 = 1e-4;
 
-/// What the stars make of a `[gas]` table.
+/// Ionised state of a `[gas]` table.
 #[derive(Debug, Clone)]
 pub struct IonisedGas {
     /// The gas, and the stars that ionise it.
@@ -69,7 +69,7 @@ impl IonisedGas {
         Self { species, ..self.clone() }
     }
 
-    /// What is to be known of it, in sentences.
+    /// Notes in sentences.
     pub fn told(&self) -> Vec<String> {
         let (Some(temperature), Some(electrons)) = (self.temperature, self.electrons) else {
             return vec!["no star ionises it: none has photons above 13.6 eV, or no gas is near".into()];

@@ -75,7 +75,7 @@ impl Species {
         Velocity(metres_per_second * 1e-3)
     }
 
-    /// What of its light a passband lets through, in parts of the strongest line.
+    /// Transmission of its lines through a passband, relative to the strongest line.
     pub fn through(&self, band: &Passband) -> f64 {
         self.spectrum().lines().iter().map(|line| line.strength / W_PER_M3_SR * band.response(line.lambda_um) / band.largest()).sum()
     }

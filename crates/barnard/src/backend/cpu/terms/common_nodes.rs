@@ -21,7 +21,7 @@ pub struct CommonTerms {
     bands: Vec<Share>,
 }
 
-/// What a band takes of the nodes.
+/// Weights of the nodes in a band.
 #[derive(Debug)]
 struct Share {
     /// The first node of which it takes something.
@@ -78,7 +78,7 @@ impl CommonTerms {
         }
     }
 
-    /// What a band may still get of light that falls as e^(−k τ) from a depth on and is at most `bounds` times
+    /// Upper bound of a band's remaining light that falls as e^(−k τ) from a depth on and is at most `bounds` times
     /// `brightest` of each node, by marched lights, and what it has, on one lane.
     pub fn behind(&self, band: usize, left: &[f32], bounds: &[f32], brightest: &[&[f32]], sum: &[Lane], lane: usize) -> (f32, f32) {
         let Share { first, weights, .. } = &self.bands[band];

@@ -33,10 +33,10 @@ pub struct DepthSpan {
     pub half: Lane,
 }
 
-/// What the decay of each term is multiplied by.
+/// Factor of the decay of each term.
 #[derive(Clone, Copy)]
 pub enum Bases<'a> {
-    /// What all terms share, times the weight of each.
+    /// Common factor of all terms, multiplied by their weights.
     Weighted(&'a Lane, &'a [f32]),
     /// A base for each term.
     Each(&'a [Lane]),

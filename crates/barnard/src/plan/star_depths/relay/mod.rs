@@ -43,7 +43,7 @@ pub struct Layer {
     pub bricks: Vec<[usize; 3]>,
 }
 
-/// What a pass over all layers is for.
+/// Purpose of a pass over all layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pass {
     /// Rays that come into the box through a side learn the depth at which they do.
