@@ -1,4 +1,4 @@
-"""What workers do for the pictures of volumes that no machine holds; `bricks` gives them the tasks.
+"""Worker tasks for pictures of distributed volumes; `bricks` gives them the tasks.
 
 Parts of a volume come as how many voxels they have along each axis, and pieces: a brick, or what was cut from one, where the
 piece is in it, and where in the part.
@@ -106,7 +106,7 @@ class Shared:
         return cloudpickle.loads(self._pickled)
 
     def planned(self) -> Any:
-        """The same, made anew."""
+        """Variant that recomputes."""
         scene = self._loaded()
         cuts = [list(cuts) for cuts in self.volume.cuts]
         return _barnard.Whole(scene._native()[1], list(self.volume.dims), cuts, scene._limit)
@@ -119,7 +119,7 @@ class _Placeholder:
 
 
 def _rebuilt(scene: Scene, fields: dict[str, Any], **parts: Any) -> Scene:
-    """The same scene with other fields, and other parts where they are given."""
+    """Copy of the scene with other fields, and other parts where they are given."""
     from ._tree import PARTS
     from .scene import Scene
 
@@ -229,14 +229,14 @@ def _flat(part: Part | None) -> np.ndarray | None:
 
 
 def aligned(received: Any) -> Any:
-    """What came through a network, with arrays that begin where numbers may."""
+    """Received message with aligned arrays."""
     if isinstance(received, np.ndarray):
         return np.require(received, requirements=["C", "A"])
     return tuple(map(aligned, received)) if isinstance(received, tuple) else received
 
 
 def march(shared: Shared, place: Place, dust: Part | None, depths: list[Part], gas: list[Part]) -> Any:
-    """What a brick does to the rays."""
+    """Effect of a brick on the rays."""
     whole = shared.kept
     with _lock:
         return whole.march(list(place), _flat(dust), [_flat(part) for part in depths], [_flat(part) for part in gas])
@@ -266,7 +266,7 @@ class Sweeps:
             return self._native
 
     def made(self) -> Any:
-        """The same, made anew."""
+        """Variant that recomputes."""
         return _barnard.StarSweep(list(self.volume.dims), self.volume.box, [list(cuts) for cuts in self.volume.cuts], list(self.star))
 
     def __getstate__(self) -> dict[str, Any]:

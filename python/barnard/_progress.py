@@ -12,7 +12,7 @@ Listener = Callable[[str, int, int], None]
 
 @contextmanager
 def told(progress: bool | Listener | None) -> Iterator[Listener | None]:
-    """What native work tells its progress, for the time that it works."""
+    """Progress receiver of native work."""
     if not progress:
         yield None
     elif callable(progress):

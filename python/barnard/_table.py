@@ -96,7 +96,7 @@ class Table:
         return said(value, kind, f"{self._place()}.{key}")
 
     def _now(self, key: str) -> Any:
-        """What is said of a key: anew where its value may have been changed in place since it was set."""
+        """Setting of a key: anew where its value may have been changed in place since it was set."""
         given = self._given[key]
         if isinstance(given, (list, tuple, dict)) or getattr(given, "ndim", 0) > 0:
             return self._spoken(key, self._row().all_keys(self._chosen)[key].value, given)

@@ -61,7 +61,7 @@ def take(scene: Scene, tree: dict[str, Any]) -> None:
 
 
 def tree_of(scene: Scene, camera: Camera | dict[str, Any] | None = None) -> dict[str, Any]:
-    """What a scene says, as the tree of a scene file; by another camera than its own where one is given."""
+    """Scene as the tree of a scene file; by another camera than its own where one is given."""
     tree: dict[str, Any] = {}
     for name in TEXTS:
         value = getattr(scene, name)

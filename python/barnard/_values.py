@@ -104,7 +104,7 @@ def _times(value: Any, key: str) -> list[str]:
 
 
 def _any(value: Any, key: str) -> Any:
-    """What any key would say of a value: a quantity of whatever kind, a place, or a plain value."""
+    """Scene value of any kind: a quantity of whatever kind, a place, or a plain value."""
     if has_unit(value):
         numbers, unit = in_unit(value, list(QUANTITIES), key)
         return f"{' '.join(number(own) for own in numbers.ravel())} {unit}"
@@ -147,7 +147,7 @@ def _plain(value: Any, key: str) -> Any:
 
 
 def said(value: Any, kind: str, key: str) -> Any:
-    """What a scene says for a value of a kind such as "length"; a tree of texts, numbers, lists and dictionaries.
+    """Scene value of a kind such as "length"; a tree of texts, numbers, lists and dictionaries.
 
     Raises
     ------

@@ -173,7 +173,7 @@ def _check_densities(scene: Scene, fields: dict[str, Any], box: Box) -> None:
 
 
 class _Bricks:
-    """What stands at the voxels of a volume, brick by brick, kept by the workers."""
+    """Voxel values per brick, kept by the workers."""
 
     def __init__(self, work: _Work, futures: dict[Place, Any]):
         self.volume = work.volume
@@ -231,7 +231,7 @@ class _Work:
         return self.submit(tasks.unchanged, value)
 
     def _finished(self, futures: list[Any], share: float = 1.0) -> list[Any]:
-        """The same futures, when all are done; each is so much of a brick's work."""
+        """The futures, when all are done; each is so much of a brick's work."""
         import distributed
 
         for future in distributed.as_completed(futures):
@@ -258,7 +258,7 @@ class _Work:
         return [_Bricks(self, part(number)) for number in range(count)]
 
     def plan(self, densities: list[_Bricks], coarse: int) -> Any:
-        """What all bricks share, by means of the densities over no more than so many voxels along an edge."""
+        """Data shared by all bricks, from means of the densities over no more than so many voxels along an edge."""
         factor = max(1, math.ceil(max(self.volume.dims) / coarse))
         dims = tuple(math.ceil(n / factor) for n in self.volume.dims)
         sums = [[self.submit(tasks.sums, of, place, self.volume, dims) for place, of in bricks.futures.items()] for bricks in densities]
@@ -308,7 +308,7 @@ class _Work:
         return self.submit(tasks.joined, sweeps, frustum, before, handed), depths
 
     def light(self, native: Any, dust: _Bricks | None, depths: list[_Bricks], gas: list[_Bricks]) -> Any:
-        """What all bricks do to the rays."""
+        """Effect of all bricks on the rays."""
         marched = []
         for place in native.front_to_back():
             held = native.held(place)

@@ -32,7 +32,7 @@ _shared: contextvars.ContextVar[Path | None] = contextvars.ContextVar("shared", 
 
 @dataclass(frozen=True)
 class Result:
-    """What became of one picture."""
+    """Outcome of one picture."""
 
     #: The key of the picture: its number, or that of the dictionary.
     key: Any

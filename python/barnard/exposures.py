@@ -1,4 +1,4 @@
-"""What an instrument records: frames of counts, and a master of them."""
+"""Recorded data of an instrument: frames of counts, and a master of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .image import Image
 
 
 class Exposures:
-    """What an instrument sees of a picture, and will record in any of its frames; `Image.observe` makes them.
+    """Instrument response to a picture, for all of its frames; `Image.observe` makes them.
 
     `len(exposures)` is the number of frames. The same seed records the same counts, whatever the number of threads.
     """

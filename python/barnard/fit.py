@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Fit:
-    """What a fit found; `FitModel.fit` and `Scene.fit` make it.
+    """Result of a fit; `FitModel.fit` and `Scene.fit` make it.
 
     `values`, `sigma` and `floor` are dictionaries by key, in the units that the scene writes (`units`): the value, its standard error, and by
     how much it may be wrong at most since the model has an error of its own. `covariance` is an array in the order of the keys. `chi2` is the sum
@@ -98,7 +98,7 @@ class FitModel:
         return [float(value) for value in values]
 
     def predict(self, values: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-        """What the data would be without noise, and their standard errors.
+        """Noise-free data and their standard errors.
 
         Parameters
         ----------

@@ -60,7 +60,7 @@ class Image:
 
     @property
     def layers(self) -> dict[str, np.ndarray]:
-        """What the picture is made of, where its scene's `[output] layers` asks for it; empty otherwise.
+        """Layers of the picture, if requested by `[output] layers`; otherwise empty.
 
         `scattered`, `emission.NAME`, `background` and `stars` are bands × height × width [W m-2 sr-1], and their sum is `radiance`;
         `depth` is height × width, the mean distance of the light of dust and gas [pc], infinite where there is none; `tau` is height ×
@@ -127,17 +127,17 @@ class Image:
 
     @property
     def keywords(self) -> dict[str, str | int | float]:
-        """What a FITS header says: method, steps and errors, such as `image.keywords["SPATERR"]`."""
+        """FITS header: method, steps and errors, such as `image.keywords["SPATERR"]`."""
         return self._native.keywords
 
     @property
     def notes(self) -> dict[str, str]:
-        """What the picture says of itself in words."""
+        """Notes of the picture."""
         return dict(self._native.notes)
 
     @property
     def warnings(self) -> list[str]:
-        """What went wrong though there is a picture, such as an accuracy that was not reached."""
+        """Warnings of the render, such as an accuracy that was not reached."""
         return [*self._native.warnings, *self._warnings]
 
     @property

@@ -289,7 +289,7 @@ class Scene:
         return self._read
 
     def _reading(self) -> Any:
-        """What reads the scene, with the arrays of its fields."""
+        """Loader of the scene, with the arrays of its fields."""
         if self._reader is None:
             self._reader = _barnard.Reader(self._folder, self._limit)
         arrays = {field.tree()["file"]: (name, field.values) for name, field in self._arrays().items()}

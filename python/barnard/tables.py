@@ -558,7 +558,7 @@ class CameraPath(Table):
 
 
 class Camera(Table):
-    """Camera; `kind` selects the projection.
+    """Where the observer is; `kind` chooses the projection.
 
     Kinds
     -----
@@ -2097,7 +2097,7 @@ class Instrument(Table):
 
 
 class Output(Table):
-    """Additional contents of files and their encoding. Layers say what its light comes from and where: `scattered`,
+    """What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`,
     `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau`
     ([docs/shows.md](shows.md)).
 

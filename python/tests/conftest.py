@@ -1,4 +1,4 @@
-"""What tests share."""
+"""Shared parts of tests."""
 
 import sys
 from pathlib import Path

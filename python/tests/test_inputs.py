@@ -32,7 +32,7 @@ def without(values=A, *cells):
 
 
 def converted(file, options, folder, capfd):
-    """What `barnard convert` reads of a file, by x, y and z, and the box that it prints; or its message."""
+    """Array that `barnard convert` reads from a file, by x, y and z, and the box that it prints; or its message."""
     out = folder / "out.npy"
     capfd.readouterr()
     code = _barnard.run(["barnard", "convert", str(file), str(out), *options])

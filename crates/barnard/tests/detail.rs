@@ -23,7 +23,7 @@ fn scene(depth: f64) -> Scene {
     lit_from(depth, dvec3(0.4, 1.6, 1.9))
 }
 
-/// The same with the star elsewhere.
+/// Variant with the star elsewhere.
 fn lit_from(depth: f64, star: DVec3) -> Scene {
     let cloud = Turbulence { voxels: 16, ..Turbulence::new(3, Bounds::cube(DVec3::ZERO, 1.0), 3.0).unwrap() };
     let gas = Grid::sampled(Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 0.9) }, |p| (-3.0 * p.length_squared()).exp());

@@ -37,7 +37,7 @@ fn scene() -> Scene {
     asked(scene, ALL)
 }
 
-/// The same at all wavelengths [W m⁻² sr⁻¹ µm⁻¹].
+/// Constant over all wavelengths [W m⁻² sr⁻¹ µm⁻¹].
 fn even_light(level: f64) -> Spectrum {
     Spectrum::continuous(level, Arc::new(PowerLaw { reference: Wavelength(0.55), exponent: 0.0 }))
 }

@@ -12,7 +12,7 @@ fn parse(text: &str) -> Scene {
     barnard_files::parse("path.toml", "path", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
-/// The same scene, in which light may scatter so many times.
+/// Copy of the scene, in which light may scatter so many times.
 fn bouncing(scene: &Scene, bounces: usize) -> Scene {
     let mut scene = scene.clone();
     scene.method.bounces = bounces;
@@ -336,7 +336,7 @@ visible = false
     }
 }
 
-/// The same numbers on one thread and on many, in one go and in two; another seed brings others.
+/// Numbers do not depend on the number of threads, in one go and in two; another seed brings others.
 #[test]
 fn pictures_depend_on_their_seed_alone() {
     let scene = bouncing(&parse(&everything(0.5)), 3);

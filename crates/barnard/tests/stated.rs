@@ -15,7 +15,7 @@ fn errors(text: &str) -> (f64, f64) {
     beside(&scene, &(0..scene.bands.len()).map(|band| truth.band(band).collect()).collect::<Vec<_>>())
 }
 
-/// The same beside known radiances, band by band.
+/// Comparison with known radiances per band.
 fn beside(scene: &Scene, truth: &[Vec<f64>]) -> (f64, f64) {
     let control = Control::default();
     let plan = Plan::new(scene, &Options::within(DEFAULT_LIMIT), &control).unwrap();

@@ -87,7 +87,7 @@ impl SceneArgs {
         self.load_for("cpu")
     }
 
-    /// The same for a back end: where that is a device, it has the light of several stars go through gas.
+    /// Variant for a back end: where that is a device, it has the light of several stars go through gas.
     pub fn load_for(&self, backend: &str) -> anyhow::Result<(Scene, Options)> {
         let (file, options) = self.open_for(backend)?;
         Ok((self.adjusted(file.scene, options.memory_limit)?, options))

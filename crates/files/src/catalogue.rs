@@ -14,7 +14,7 @@ type Rows = Vec<(String, String)>;
 pub struct Catalogue {
     /// The name by which a person asks for it.
     pub name: &'static str,
-    /// What it holds, in one line.
+    /// Contents in one line.
     pub summary: &'static str,
     /// Makes its rows.
     pub rows: fn() -> Rows,

@@ -1,4 +1,4 @@
-//! What a run of the referee leaves for a later one: an `.npz` archive of doubles.
+//! Saved state of the path tracer: an `.npz` archive of doubles.
 //!
 //! | array | shape | what |
 //! |---|---|---|

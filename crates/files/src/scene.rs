@@ -20,7 +20,7 @@ const LONGEST: u64 = 4 << 20;
 pub struct Change {
     /// The place of the key, such as "star\[0\].temperature" or "star.0.temperature".
     pub key: String,
-    /// What it says.
+    /// Text.
     pub value: Value,
 }
 
@@ -55,7 +55,7 @@ impl SceneFile {
         Self::open_with(path, &[], memory_limit, prepared)
     }
 
-    /// The same with other values of some keys, such as "star\[0\].temperature", in place of the file's.
+    /// Variant with other values of some keys, such as "star\[0\].temperature", in place of the file's.
     ///
     /// # Errors
     /// Those of [`load_by`], and where the scene can have no such key.
@@ -81,7 +81,7 @@ impl SceneFile {
         Self::parse_with(file, name, text, &[], loader)
     }
 
-    /// The same with other values of some keys.
+    /// Variant with other values of some keys.
     ///
     /// # Errors
     /// Those of [`parse`](Self::parse), and where the scene can have no such key.
@@ -103,7 +103,7 @@ impl SceneFile {
         &self.tree
     }
 
-    /// What it was read by.
+    /// Reader.
     pub fn loader(&self) -> &Loader {
         &self.loader
     }
@@ -125,7 +125,7 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Scene> {
     load_by(path, memory_limit, Loader::clone)
 }
 
-/// The same by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
+/// Variant by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
 ///
 /// # Errors
 /// Those of [`load`], and once the user wished to stop.

@@ -100,7 +100,7 @@ fn line_of(source: &mut impl BufRead) -> std::io::Result<Vec<u8>> {
 /// are one.
 struct SaidLines<R> {
     source: R,
-    /// What parts columns, once a line has said something.
+    /// Column separator, after the first data line.
     delimiter: Option<u8>,
     /// Lines read so far.
     count: usize,

@@ -60,7 +60,7 @@ fn numbers(array: &Array) -> Vec<f64> {
     array.data.doubles()
 }
 
-/// What a file holds.
+/// Contents of a file.
 fn listed(bytes: &[u8]) -> Vec<Member> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cloud.h5");

@@ -525,7 +525,7 @@ const PLAIN: [&str; 9] = [
     "CUNIT3  = 'pc      '",
 ];
 
-/// What the field of a cube with these cards is at a place [pc], or the error.
+/// Field of a cube with these cards at a position [pc], or the error.
 fn cube_at(more: &[&str], place: [f64; 3]) -> Result<f64, String> {
     let folder = tempfile::tempdir().unwrap();
     let cards: Vec<&str> = PLAIN.iter().chain(&["CUNIT1  = 'pc      '"]).chain(more).copied().collect();

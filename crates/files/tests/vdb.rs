@@ -181,7 +181,7 @@ fn grids_are_chosen_by_name() {
     assert_eq!(whole(&one_name, Some("density[1]")).unwrap().0.shape, [4; 3]);
 }
 
-/// What a file holds is listed without its values: names, types, classes, boxes, transforms.
+/// File contents are listed without values: names, types, classes, boxes, transforms.
 #[test]
 fn contents_are_listed() {
     let folder = tempfile::tempdir().unwrap();

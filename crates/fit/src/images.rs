@@ -24,9 +24,9 @@ use crate::solve::{Measured, Model, Prediction};
 
 /// Where the amount of dust is free, plates are made of powers of this times the one that the fit begins with, and serve those between.
 const DUST_STEP: f64 = 1.6;
-/// What they serve, as parts of their own: half of a step to both sides, and what differences need beyond.
+/// Range, relative to their own values: half of a step to both sides, and what differences need beyond.
 const DUST: (f64, f64) = (0.77, 1.3);
-/// What sums of plates in double precision are rounded by.
+/// Rounding of sums of plates in double precision.
 const DOUBLE: f64 = 1e-13;
 /// Most plates that are kept, and the part of the memory that they may take.
 const KEPT: usize = 16;
@@ -53,18 +53,18 @@ struct Set {
     good: Vec<Vec<usize>>,
     /// Pixels along a row and a column.
     size: [usize; 2],
-    /// What pilots chose for the picture that the fit begins with, which all hold to (derivatives would see them change), and the amount of
+    /// Choice of the pilots for the first picture of the fit, which all hold to (derivatives would see them change), and the amount of
     /// dust there.
     choices: Option<(Choices, f64)>,
     plan: Option<Plan>,
     kernels: Kernels,
-    /// What plates are to reach: other amounts of dust where that is free.
+    /// Range of plates: other amounts of dust where that is free.
     reach: Reach,
     /// The last scene, which holds its fields for the next.
     scene: Option<Scene>,
 }
 
-/// What is left of an image.
+/// Residuals of an image.
 #[derive(Debug, Clone)]
 pub struct Residuals {
     /// The name of its file.
@@ -130,7 +130,7 @@ impl Images {
         Ok((images, data, start))
     }
 
-    /// What predictions are rounded by, as a part of the brightest: double precision where light scatters once, single where more often.
+    /// Rounding of predictions, relative to the brightest: double precision where light scatters once, single where more often.
     pub fn rounding(&self) -> f64 {
         let again = self.sets.iter().filter_map(|set| set.scene.as_ref()).any(|scene| scene.method.bounces > 1);
         if again { f64::from(f32::EPSILON) } else { DOUBLE }
@@ -177,7 +177,7 @@ impl Images {
         Ok(false)
     }
 
-    /// What pilots choose for an image's scene with some values of the parameters, and its amount of dust. Its plates are the latest.
+    /// Choice of the pilots for an image's scene with some values of the parameters, and its amount of dust. Its plates are the latest.
     fn chosen(&mut self, number: usize, values: &[f64], control: &Control) -> Result<(Choices, f64)> {
         let scene = self.scene(&self.sets[number].with, values)?;
         let set = &mut self.sets[number];
@@ -267,7 +267,7 @@ impl Images {
         Ok(Pictured { image, worse })
     }
 
-    /// What the model says of all data, and by how much that may be wrong at most.
+    /// Predictions for all data and their maximum error.
     fn predicted(&mut self, values: &[f64], with_floor: bool, control: &Control) -> Result<(Prediction, Vec<f64>)> {
         let (mut mean, mut sigma, mut floor) = (Vec::new(), Vec::new(), Vec::new());
         let mut knows = true;
@@ -300,7 +300,7 @@ impl Images {
         Ok((Prediction { mean, sigma }, floor))
     }
 
-    /// What is left of each image at values that were found.
+    /// Residuals of each image at the fitted values.
     ///
     /// # Errors
     /// Those of the model.

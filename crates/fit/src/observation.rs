@@ -15,7 +15,7 @@ pub struct Observation {
     pub data: Data,
     /// Tables and keys that stand in place of those of the scene.
     pub with: Table,
-    /// What is taken for granted of it.
+    /// Assumed metadata.
     pub assumed: Assumed,
 }
 
@@ -32,7 +32,7 @@ pub enum Data {
 /// Pixels in memory, the first row on top.
 #[derive(Debug, Clone)]
 pub struct Held {
-    /// What messages call them.
+    /// Names in messages.
     pub name: String,
     /// The values.
     pub values: Values,
@@ -91,7 +91,7 @@ impl Held {
     }
 }
 
-/// What an image need not say.
+/// Optional metadata of an image.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Assumed {
     /// It is in the unit of the scene's pictures.

@@ -1,4 +1,4 @@
-//! What is free in a fit.
+//! Free parameters of a fit.
 
 use barnard::error::{Error, Result};
 use barnard::properties::places::{get, set};
@@ -11,7 +11,7 @@ pub struct Parameter {
     pub key: String,
     /// The least and the largest value that it may have, in the unit in which the scene says it.
     pub bounds: (f64, f64),
-    /// What is known of it beforehand: mean and standard deviation.
+    /// Prior: mean and standard deviation.
     pub prior: Option<(f64, f64)>,
 }
 

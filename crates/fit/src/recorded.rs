@@ -1,4 +1,4 @@
-//! What instruments record of the model, and whether data are of the same pixels.
+//! Recorded model and the pixel match of data.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::solve::Measured;
 /// Position tolerance between pixels of data and model, in pixels.
 const APART: f64 = 0.05;
 
-/// What a scene's instrument makes of its picture in endless frames; the picture where it has none.
+/// Expected exposure of a scene's instrument; the picture where it has none.
 pub(crate) fn recorded(scene: &Scene, image: Image, kernels: &mut Kernels, control: &Control) -> Result<Image> {
     match &scene.instrument {
         Some(instrument) => Ok(Exposures::by(kernels, instrument.clone(), &image, &scene.bands, control)?.ideal()),

@@ -19,7 +19,7 @@ pub fn transform(data: &mut Vec<Complex<f64>>, dims: [usize; 3], forward: bool) 
     along_all_axes(data, dims, forward);
 }
 
-/// The same in single precision.
+/// Variant in single precision.
 ///
 /// # Panics
 /// Where the array has another length.

@@ -56,7 +56,7 @@ pub struct OnDevice {
     reopen: Box<dyn FnMut() -> Result<Gpu> + Send>,
     /// Why it gave up for good, once it did: the processor takes its place.
     lost: Option<String>,
-    /// What went wrong on the way, in words.
+    /// Warnings, in words.
     warnings: Vec<String>,
 }
 
@@ -80,7 +80,7 @@ impl OnDevice {
         &self.gpu
     }
 
-    /// The same back end, where `reopen` opens another device in place of one that gave up.
+    /// Copy of the back end, where `reopen` opens another device in place of one that gave up.
     #[must_use]
     pub fn reopened_by(self, reopen: impl FnMut() -> Result<Gpu> + Send + 'static) -> Self {
         Self { reopen: Box::new(reopen), ..self }

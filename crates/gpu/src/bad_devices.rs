@@ -1,4 +1,4 @@
-//! What devices do that they should not, and plans that they cannot hold.
+//! Faulty devices and plans that exceed device limits.
 
 use std::sync::{Arc, Mutex};
 

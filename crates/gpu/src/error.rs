@@ -1,4 +1,4 @@
-//! What can go wrong on a graphics processor.
+//! Errors of a graphics processor.
 
 /// One variant for each thing that a user can do something about.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +45,7 @@ pub enum GpuError {
         size: u64,
         /// The largest size that the device takes.
         most: u64,
-        /// What would fit instead.
+        /// Alternative that fits.
         instead: String,
     },
     /// The device has no room.

@@ -1,4 +1,4 @@
-//! What changes from picture to picture.
+//! Data that change between pictures.
 
 use barnard::camera::panorama::Layout;
 use barnard::camera::{Camera, Eye, Projection};

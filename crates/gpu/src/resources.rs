@@ -1,4 +1,4 @@
-//! What a plan needs on a device: textures, buffers, the pipeline, and whether they fit.
+//! Device resources of a plan: textures, buffers, the pipeline, and whether they fit.
 
 use std::sync::Arc;
 

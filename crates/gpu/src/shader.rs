@@ -167,7 +167,7 @@ mod tests {
         ("n < frame.depths.y", "a turn adds one to n"),
     ];
 
-    /// What is wrong with the loops of a text: each must count by one to where it ends, by a number that nothing else in it
+    /// Loop errors of a text: each must count by one to where it ends, by a number that nothing else in it
     /// sets, or be one of [`WHILES`].
     fn endless(text: &str) -> Vec<String> {
         let lines: Vec<&str> = text.lines().collect();

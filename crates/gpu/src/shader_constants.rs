@@ -33,7 +33,7 @@ pub enum Pauses {
     Software,
 }
 
-/// What loops run to.
+/// Bounds of loops.
 pub fn limits(shape: &Shape) -> Limits {
     let first_terms = shape.terms.iter().scan(0, |sum, terms| Some(std::mem::replace(sum, *sum + terms)));
     Limits {

@@ -164,7 +164,7 @@ impl Shape {
         self.star_slots.len() + self.emitter_slots.len() + 1
     }
 
-    /// The same without a background where there is none.
+    /// Variant without a background where there is none.
     pub fn shining(&self) -> usize {
         self.lights() - usize::from(!self.background)
     }

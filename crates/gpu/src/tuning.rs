@@ -1,4 +1,4 @@
-//! What may be chosen of a march on a device.
+//! Tuning options of a march on a device.
 
 /// The way in which a picture is made; all but `on_the_fly` leave the picture as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

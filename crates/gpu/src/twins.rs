@@ -28,7 +28,7 @@ fn plan(method: &str) -> Plan {
     plan_of(&scene(24, method))
 }
 
-/// The same plan seen by another camera.
+/// Copy of the plan seen by another camera.
 fn seen_from(plan: &Plan, camera: Camera) -> Plan {
     let mut plan = plan.clone();
     plan.look_from(camera, &Control::default()).unwrap();

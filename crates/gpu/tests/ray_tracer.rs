@@ -78,7 +78,7 @@ fn rates_apart(a: &Light, b: &Light) -> Vec<f64> {
     a.rates.iter().zip(&b.rates).map(|(a, b)| apart(a, b)).collect()
 }
 
-/// The same light comes to voxels, node by node and star by star, with the same behind it; gas that is two hundredths more opaque
+/// Light in voxels is unchanged, node by node and star by star, with the same behind it; gas that is two hundredths more opaque
 /// would be seen.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]

@@ -74,7 +74,7 @@ impl State {
         self.electrons * self.density(gas, Element::Hydrogen, 1)
     }
 
-    /// What a line of a table sends out \[erg cm⁻³ s⁻¹\].
+    /// Emissivity of a tabulated line \[erg cm⁻³ s⁻¹\].
     pub fn emission(&self, gas: &Gas, table: &LineTable, line: &EmissionLine) -> f64 {
         let at = table.conditions(self.temperature, self.electrons);
         self.electrons * self.density(gas, line.element, line.charge) * table.emissivity(line, &at)
@@ -124,7 +124,7 @@ impl States {
     }
 }
 
-/// What light does to each ion, in the order of [`ion`].
+/// Photoionisation rates of each ion, in the order of [`ion`].
 #[derive(Debug, Clone)]
 pub struct Photo {
     /// Ionisations \[s⁻¹\]. As weights between nodes may be negative, where next to no light is left so may this: it counts
@@ -137,7 +137,7 @@ pub struct Photo {
 }
 
 impl Photo {
-    /// What a flux of photons at each node does \[s⁻¹ cm⁻²\].
+    /// Rates per photon flux at each node \[s⁻¹ cm⁻²\].
     #[inline(always)]
     pub fn new(light: &IonisingLight, flux: &[Lanes; NODES]) -> Self {
         let mut photo = Self { rates: [Lanes::ZERO; IONS], heat: [Lanes::ZERO; IONS], thermal: [Lanes::ZERO; ABSORBERS.len()] };
@@ -251,7 +251,7 @@ pub struct Balance<'a> {
     pub hydrogen: Lanes,
     /// Nuclei of each element for one of hydrogen.
     pub abundances: &'a [f64; ELEMENTS],
-    /// What light does to it.
+    /// Photoionisation rates.
     pub photo: &'a Photo,
     /// Treatment of its diffuse light.
     pub diffuse: Diffuse,
@@ -280,7 +280,7 @@ impl Default for Near {
     }
 }
 
-/// What hard photons of recombining He²⁺ do.
+/// Effects of hard photons from recombining He²⁺.
 struct Hard {
     /// Ionisations of H⁰ and of He⁰ \[s⁻¹\].
     rates: [Lanes; 2],
@@ -400,7 +400,7 @@ impl Balance<'_> {
         states.electrons * self.density(states, Element::Helium, 2) * self.coefficients.of(Of::StrippedCaseB)
     }
 
-    /// What its hard photons do to the hydrogen and the helium around, on the spot.
+    /// On-the-spot effect of its hard photons on hydrogen and helium.
     #[inline(always)]
     fn hard(&self, states: &States) -> Hard {
         if self.diffuse == Diffuse::Outward {
@@ -414,7 +414,7 @@ impl Balance<'_> {
         Hard { rates: [flux * of_hydrogen, flux * of_helium], heat: flux * heat }
     }
 
-    /// What recombinations of helium do to hydrogen on the spot: ionisations \[cm⁻³ s⁻¹\], and heat \[eV cm⁻³ s⁻¹\].
+    /// On-the-spot effect of helium recombination on hydrogen: ionisations \[cm⁻³ s⁻¹\], and heat \[eV cm⁻³ s⁻¹\].
     #[inline(always)]
     fn of_helium(&self, states: &States) -> [Lanes; 2] {
         let pairs = states.electrons * self.density(states, Element::Helium, 1);

@@ -67,7 +67,7 @@ struct Near {
 }
 
 impl Near {
-    /// What gas of another density is under a flux, as far as these alone tell: there are as many times more electrons as
+    /// Scaling of the gas to another density under a flux: there are as many times more electrons as
     /// it is denser, neutral parts are larger by that and by how much fainter the light is, light of recombinations is
     /// brighter by the square.
     fn at(&self, hydrogen: f64, flux: f64) -> (State, [f64; OWN_NODES]) {

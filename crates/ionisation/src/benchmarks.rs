@@ -20,7 +20,7 @@ pub struct Benchmark {
     pub temperature: f64,
     /// Photons above 13.6 eV \[s⁻¹\].
     pub photons: f64,
-    /// What the cloud is made of.
+    /// Composition of the cloud.
     pub gas: Gas,
     /// The hole in its middle, and where it ends at the latest \[cm\].
     pub radii_cm: [f64; 2],
@@ -42,11 +42,11 @@ pub const BENCHMARKS: [Benchmark; 4] = [
 /// A quantity: what the codes found, and what we find.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// What it is, with its unit; lines are in parts of Hβ.
+    /// Quantity and unit; lines are relative to Hβ.
     pub quantity: &'static str,
-    /// What the codes found, those that give it.
+    /// Published results of the codes, if given.
     pub codes: Vec<f64>,
-    /// What we find.
+    /// Own result.
     pub own: f64,
 }
 
@@ -133,7 +133,7 @@ pub fn labels() -> Vec<&'static str> {
     labels
 }
 
-/// What a cloud has of what benchmarks ask for.
+/// Benchmark quantities of a cloud.
 pub struct Found<'a> {
     /// The power of a line by its label \[erg s⁻¹\].
     pub line: &'a dyn Fn(&str) -> f64,

@@ -36,7 +36,7 @@ pub struct Cloud<'a> {
 pub struct Star<'a> {
     /// Position \[pc\].
     pub place: DVec3,
-    /// What ionises of its light.
+    /// Ionising part of its light.
     pub light: &'a IonisingLight,
 }
 
@@ -64,14 +64,14 @@ impl Default for Settings {
     }
 }
 
-/// What stars make of a cloud.
+/// Ionised cloud.
 #[derive(Debug, Clone, Default)]
 pub struct Ionised {
     /// By quantity its mean in each voxel.
     pub quantities: Vec<Vec<f32>>,
     /// The passes that were made.
     pub passes: usize,
-    /// What the last of them changed, in parts of all ions of hydrogen \[1\].
+    /// Change in the last pass, relative to all hydrogen ions \[1\].
     pub change: f64,
     /// By star, the part of its ionising photons that leaves the cloud; one for a star that has none \[1\].
     pub escaped: Vec<f64>,

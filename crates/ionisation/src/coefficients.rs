@@ -1,4 +1,4 @@
-//! What the balance takes from atomic data at a temperature, exact or between the rows of a table.
+//! Atomic data of the balance at a temperature, exact or between the rows of a table.
 
 use std::sync::OnceLock;
 

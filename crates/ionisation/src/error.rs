@@ -1,6 +1,6 @@
-//! What is wrong with a cloud that cannot be solved.
+//! Error of a cloud that cannot be solved.
 
-/// What is wrong, and what would be right.
+/// Problem and remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IonisationError {
     /// The densities are not as many as the voxels.
@@ -51,9 +51,9 @@ pub enum IonisationError {
         stars: usize,
         /// Voxels.
         cells: usize,
-        /// What they take.
+        /// Arguments.
         bytes: u64,
-        /// What they may take.
+        /// Resource limits.
         limit: u64,
     },
     /// Somebody has had enough.

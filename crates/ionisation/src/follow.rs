@@ -22,13 +22,13 @@ const LOOK: u32 = 256;
 
 /// Beams of a star on their way.
 pub struct Follow<'a> {
-    /// What they go through.
+    /// Medium in front of them.
     pub rays: Rays<'a>,
     /// The light that they bring.
     pub light: &'a IonisingLight,
     /// How exact they are.
     pub settings: &'a Settings,
-    /// What they find is summed up in.
+    /// Accumulator of their results.
     pub tally: &'a Tally<'a>,
 }
 
@@ -46,7 +46,7 @@ struct Walk<'a> {
     voxel: usize,
     exit: f64,
     gas: Gas,
-    /// What it has seen of the voxel so far.
+    /// Statistics of the voxel so far.
     seen: Seen,
 }
 

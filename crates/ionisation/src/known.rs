@@ -1,4 +1,4 @@
-//! What is known of a cloud's gas under the light of several stars, voxel by voxel.
+//! State of a cloud's gas under the light of several stars, per voxel.
 //!
 //! Each voxel is solved once, as a slab that has all light that comes to it from one side: one step where it is thin, as many
 //! as a beam would make where a front runs through it. Beams go through it with the opacity that it has, (G7) of docs/gas.md.
@@ -22,9 +22,9 @@ const OF_PHOTONS: f64 = 0.8;
 /// Voxels that are solved one after the other by one thread.
 const CHUNK: usize = 512;
 
-/// What is known of a cloud's voxels, and what was asked for of their gas.
+/// State of a cloud's voxels and the requested quantities of their gas.
 pub struct Known {
-    /// What beams find in them.
+    /// Result of the beams.
     pub voxels: Vec<Voxel>,
     /// Ions of hydrogen \[cm⁻³\].
     pub ions: Vec<f32>,
@@ -216,7 +216,7 @@ impl<'a> Slabs<'a> {
         }
     }
 
-    /// What is known of a voxel that has been solved; `tell` hears its ions of hydrogen and what was asked for.
+    /// State of a solved voxel; `tell` hears its ions of hydrogen and what was asked for.
     fn end(&self, slab: &mut Slab, mut tell: impl FnMut(usize, f64)) -> Voxel {
         let whole_cm = slab.end_cm - slab.begin_cm;
         let rest_cm = (slab.end_cm - slab.beam.radius_cm).max(0.0);

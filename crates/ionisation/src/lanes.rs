@@ -16,7 +16,7 @@ impl Lanes {
     /// Ones.
     pub const ONE: Self = Self::splat(1.0);
 
-    /// The same for all.
+    /// Variant for all.
     pub const fn splat(value: f64) -> Self {
         Self([value; LANES])
     }

@@ -49,7 +49,7 @@ pub const fn ion(element: Element, charge: usize) -> usize {
     element as usize * STAGES + charge
 }
 
-/// What a photon of a node does to an ion of a metal.
+/// Effect of a photon of a node on an ion of a metal.
 #[derive(Debug, Clone, Copy)]
 pub struct Absorption {
     /// The node.
@@ -82,7 +82,7 @@ pub struct IonisingLight {
     pub thermal: [[f64; OWN_NODES]; ABSORBERS.len()],
     /// By node, the ions of metals that its photons ionise ([`ion`]), and their cross sections \[cm²\].
     pub metals: Vec<Vec<(usize, f64)>>,
-    /// The same by ion, with what photons of each node do to it.
+    /// Variant by ion, with what photons of each node do to it.
     pub ions: Vec<(usize, Vec<Absorption>)>,
 }
 
@@ -189,7 +189,7 @@ impl IonisingLight {
         light.scaled(if all > 0.0 { ionising / all } else { 0.0 })
     }
 
-    /// The same spectrum with more or fewer photons.
+    /// Copy of the spectrum with more or fewer photons.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         self.photons.iter_mut().for_each(|photons| *photons *= factor);
@@ -217,7 +217,7 @@ impl IonisingLight {
         self.ionising_of(&self.photons)
     }
 
-    /// What absorbs, by node: Σ n σ of densities of [`ABSORBERS`] \[cm⁻¹\].
+    /// Opacity per node: Σ n σ of densities of [`ABSORBERS`] \[cm⁻¹\].
     pub fn opacity(&self, densities: [f64; ABSORBERS.len()], node: usize) -> f64 {
         densities.iter().zip(&self.weakening).map(|(n, sigma)| n * sigma[node]).sum()
     }

@@ -17,7 +17,7 @@ use crate::rays::Rays;
 /// so that all rays together bring no more than that, but for what they count of a voxel twice at its corners: sixteen times as
 /// much has room in 32 bits.
 pub const UNITS: f32 = (1u32 << 28) as f32;
-/// What stands behind the flux by node, each times the flux in all of them: the distance that it has come \[pc\], the voxel's
+/// Quantities after the flux per node, multiplied by the total flux: the distance that it has come \[pc\], the voxel's
 /// cross section and the relative variance of ways through it ([`met`](crate::rays::Rays::met)).
 pub const BEHIND: usize = 3;
 
@@ -37,9 +37,9 @@ pub struct Entering<'a> {
     pub part: f32,
     /// Photons by node, in parts of the star's within the ray's solid angle.
     pub photons: &'a Nodes,
-    /// What makes undimmed fluxes in the voxel of them, times that part.
+    /// Factor to unattenuated fluxes in the voxel.
     pub factor: f32,
-    /// What stands behind the flux, in parts of the most of each.
+    /// Quantities after the flux, relative to the maximum of each.
     pub behind: [f32; BEHIND],
 }
 

@@ -17,12 +17,12 @@ const INNER_RAYS: usize = 24;
 /// Rays for each shell.
 const RAYS: usize = 2;
 
-/// What a shell has of one node's light.
+/// Light of one node in a shell.
 #[derive(Debug, Clone, Copy)]
 pub struct Source {
     /// Photons that it makes \[cm⁻³ s⁻¹\].
     pub made: f64,
-    /// What weakens them \[cm⁻¹\].
+    /// Extinction \[cm⁻¹\].
     pub opacity: f64,
 }
 

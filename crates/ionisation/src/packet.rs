@@ -28,7 +28,7 @@ pub struct Trial {
     pub thickness: f64,
     /// Its mean cross section \[cm²\].
     pub area: f64,
-    /// What its gas may be.
+    /// Allowed gas.
     pub state: State,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
     pub own: [f64; OWN_NODES],
@@ -38,7 +38,7 @@ pub struct Trial {
     pub known: Option<[f64; OWN_NODES]>,
 }
 
-/// What came of it.
+/// Outcome.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome {
     /// Its gas.
@@ -49,7 +49,7 @@ pub struct Outcome {
     pub slope: f64,
     /// Its depth by node \[1\].
     pub depths: ByNode,
-    /// What is left behind it of light that comes in \[1\].
+    /// Transmission \[1\].
     pub left: ByNode,
     /// The mean of that along the step, of the gas's own light \[1\].
     pub means: [f64; OWN_NODES],

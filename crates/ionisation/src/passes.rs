@@ -50,14 +50,14 @@ impl Work<'_> {
     }
 }
 
-/// What is known before a pass: light, and the ions of hydrogen \[cm⁻³\].
+/// State before a pass: light, and the ions of hydrogen \[cm⁻³\].
 struct Before {
     light: Light,
     ions: Vec<f32>,
 }
 
 impl Cloud<'_> {
-    /// What stars make of the cloud.
+    /// Ionised state of the cloud.
     ///
     /// Of one star beams are the solution. Of several, light goes through what is known of the gas, and gas is solved under the light
     /// of all stars, in turn, until nothing changes any more; what they have first is what they have in a cloud of half
@@ -69,7 +69,7 @@ impl Cloud<'_> {
         self.ionised_by(None, stars, settings, quantities, watch)
     }
 
-    /// The same, where a device may have the light of several stars go through the gas.
+    /// Variant in which a device may have the light of several stars go through the gas.
     ///
     /// # Errors
     /// Those of [`ionised`](Self::ionised).
@@ -105,7 +105,7 @@ impl Cloud<'_> {
         (cells as u64).saturating_mul(bytes as u64)
     }
 
-    /// What one star makes of it.
+    /// Result with one star.
     fn of_one(&self, star: &Star, settings: &Settings, quantities: &[Quantity], work: &Work) -> Result<Ionised, IonisationError> {
         let tally = Tally::new(self.hydrogen.len(), (self.voxel * PARSEC_CM).element_product(), quantities);
         let follow = Follow { rays: Rays { cloud: self, place: star.place }, light: star.light, settings, tally: &tally };
@@ -118,7 +118,7 @@ impl Cloud<'_> {
         Ok(Ionised { quantities: tally.quantities(), passes: 1, change: 0.0, escaped, steps, unsettled, by: Processor.name() })
     }
 
-    /// What several stars make of it, and what is known of their light.
+    /// Result with several stars, and their light.
     fn of_several(
         &self,
         stars: &[Star],
@@ -166,7 +166,7 @@ impl Cloud<'_> {
         unreachable!("passes end")
     }
 
-    /// What is known before the first pass: what the stars have made of a cloud of half as many voxels along each edge, where
+    /// State before the first pass: what the stars have made of a cloud of half as many voxels along each edge, where
     /// there are enough.
     fn before(&self, stars: &[Star], settings: &Settings, work: &Work) -> Result<Option<Before>, IonisationError> {
         let Some(dims) = halved(self.dims) else { return Ok(None) };

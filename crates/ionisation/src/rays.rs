@@ -11,7 +11,7 @@ use crate::patch::Patch;
 const FIRST: u32 = 3;
 /// The level of patches at which a star is too far away for its light to be followed: more than 10⁸ of a voxel's edges.
 const DEEPEST: u32 = 28;
-/// What rounding leaves of an angle that is told by its cosine [rad].
+/// Rounding error of an angle given by its cosine [rad].
 const ROUNDED: f64 = 5e-8;
 /// The largest area of a beam in parts of a voxel's face \[1\].
 pub const WIDEST: f64 = 1.0;
@@ -24,7 +24,7 @@ pub type Listener<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 /// Rays from a place.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
-    /// What they go through.
+    /// Medium in front of them.
     pub cloud: &'a Cloud<'a>,
     /// Positions of their sources \[pc\].
     pub place: DVec3,

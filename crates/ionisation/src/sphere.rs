@@ -13,7 +13,7 @@ use crate::packet::Packet;
 /// A cloud of one density and a hole in its middle, and its shells.
 #[derive(Debug, Clone)]
 pub struct Sphere {
-    /// What it is made of.
+    /// Composition.
     pub gas: Gas,
     /// From the inside outward.
     pub shells: Vec<Step>,
@@ -27,7 +27,7 @@ impl Sphere {
         Self::with_accuracy(gas, light, diffuse, radii_cm, &Accuracy::REFERENCE)
     }
 
-    /// The same, as exact as is said.
+    /// Variant with a given accuracy.
     pub fn with_accuracy(gas: Gas, light: &IonisingLight, diffuse: Diffuse, radii_cm: [f64; 2], accuracy: &Accuracy) -> Self {
         Self::under(gas, light, diffuse, radii_cm, accuracy, None)
     }

@@ -1,4 +1,4 @@
-//! What beams leave in voxels: sums in whole units, which are the same in whatever order they come.
+//! Beam contributions to voxels: sums in whole units, which are the same in whatever order they come.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -9,7 +9,7 @@ use crate::balance::{Gas, State};
 /// Units of a sum for the most that it may be in a voxel: a thousand times as much is still counted.
 const UNITS: f64 = (1u64 << 54) as f64;
 
-/// What is asked for of the gas in each voxel.
+/// Requested quantities of the gas in each voxel.
 pub struct Quantity<'a> {
     /// The most that it can be: what is more counts as that.
     pub most: f64,
@@ -18,7 +18,7 @@ pub struct Quantity<'a> {
 }
 
 impl Quantity<'_> {
-    /// What it is of a gas, in parts of the most.
+    /// Quantity of a gas, relative to its maximum.
     pub(crate) fn part(&self, gas: &Gas, state: &State) -> f64 {
         ((self.value)(gas, state) / self.most).clamp(0.0, 1.0)
     }
@@ -40,7 +40,7 @@ pub struct Tally<'a> {
     pub kept: Kept,
 }
 
-/// What a beam has seen of a voxel: a part of its volume, and sums by quantity in parts of their most.
+/// Statistics of a voxel along a beam: a part of its volume, and sums by quantity in parts of their most.
 pub struct Seen {
     part: f64,
     values: Vec<f64>,

@@ -61,7 +61,7 @@ struct Transport<'a> {
     by: ByStar,
     /// Fraction of the light below which a beam ends.
     used_up: f32,
-    /// What is known of the gas; nothing where it is taken to be clear.
+    /// State of the gas; `None` for transparent gas.
     voxels: Option<&'a [Voxel]>,
     /// The opacity of neutral gas for one nucleus of hydrogen \[cm²\].
     dark: Nodes,

@@ -13,12 +13,12 @@ use crate::nodes::{Nodes, PLACES};
 
 /// By how much gas may be more or less opaque at once than it was.
 pub const CHANGE: f32 = 16.0;
-/// What counts as all of the light \[1\].
+/// Fraction that counts as all of the light \[1\].
 pub const ALL: f32 = 1.0 - 1e-6;
 /// Light that is none any more, in parts of the star's: numbers that are much less take the processor long.
 pub const NONE: f32 = 1e-30;
 
-/// What a ray of hardly any light takes of the gas's own, at most: more has no room in single precision.
+/// Upper bound of diffuse light on a faint ray: more has no room in single precision.
 pub const MOST_MADE: f64 = 1e30;
 
 /// Gas that beams go through.
@@ -66,7 +66,7 @@ impl Voxel {
     }
 }
 
-/// What a star's light does at each node.
+/// Effect of a star's light at each node.
 pub(crate) struct ByStar {
     /// The cross section of hydrogen \[cm²\].
     pub sigma: Nodes,

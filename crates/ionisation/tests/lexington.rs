@@ -106,7 +106,7 @@ fn outward_is_beside_isotropic() {
     }
 }
 
-/// What clouds in three dimensions are made by, beside the reference.
+/// Solver of three-dimensional clouds, compared with the reference.
 #[test]
 fn fast_is_the_reference() {
     let [truth, own] = [Accuracy::REFERENCE, Accuracy::FAST].map(|accuracy| {

@@ -77,7 +77,7 @@ impl Plan {
         py.detach(|| certificates(&self.0, &self.0.expected()))
     }
 
-    /// The same plan seen by the camera of `scene`; nothing else of the scene is looked at.
+    /// Copy of the plan seen by the camera of `scene`; nothing else of the scene is looked at.
     #[pyo3(signature = (scene, progress=None))]
     fn look_from(&self, py: Python, scene: &Scene, progress: Option<&Bound<PyAny>>) -> PyResult<Plan> {
         work::run(py, progress, |control| {

@@ -86,14 +86,14 @@ impl Spectrum {
         self
     }
 
-    /// The same spectrum, `factor` times as bright.
+    /// Copy of the spectrum, `factor` times as bright.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.continua.iter_mut().for_each(|(f, _)| *f *= factor);
         self.lines.iter_mut().for_each(|l| l.strength *= factor);
         self
     }
 
-    /// The same spectrum with lines that are Gaussians of this full width at half maximum in velocity; widths of lines
+    /// Copy of the spectrum with lines that are Gaussians of this full width at half maximum in velocity; widths of lines
     /// that are broadened already add in squares.
     pub fn broadened(mut self, fwhm: Velocity) -> Self {
         let sigma = fwhm.0 * 1e3 / SPEED_OF_LIGHT / (8.0 * std::f64::consts::LN_2).sqrt();

@@ -64,7 +64,7 @@ impl Table {
         &self.y
     }
 
-    /// The same function with both axes scaled.
+    /// Copy of the function with both axes scaled.
     pub fn scaled(&self, x_factor: f64, y_factor: f64) -> Self {
         Self { x: self.x.iter().map(|v| v * x_factor).collect(), y: self.y.iter().map(|v| v * y_factor).collect() }
     }

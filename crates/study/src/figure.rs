@@ -226,7 +226,7 @@ pub(crate) fn as_svg(size: (u32, u32), draw: impl FnOnce(&DrawingArea<SVGBackend
     Ok(svg)
 }
 
-/// The same as the bytes of a PNG file.
+/// Variant as the bytes of a PNG file.
 pub(crate) fn as_png(size: (u32, u32), draw: impl FnOnce(&DrawingArea<BitMapBackend, Shift>) -> Result<()>) -> Result<Vec<u8>> {
     let (width, height) = (size.0 as usize, size.1 as usize);
     let mut pixels = vec![0; 3 * width * height];

@@ -16,9 +16,9 @@ pub enum With {
     Nothing,
     /// Exposure of the scene's instrument.
     Recorded,
-    /// The same scene through another set of filters.
+    /// Copy of the scene through another set of filters.
     Filters(String),
-    /// The same scene by a finer method: the difference is shown, amplified.
+    /// Copy of the scene by a finer method: the difference is shown, amplified.
     Finer,
 }
 

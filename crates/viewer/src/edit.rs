@@ -75,7 +75,7 @@ impl Edit {
         })
     }
 
-    /// The same edit under another name.
+    /// Copy of the edit under another name.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }

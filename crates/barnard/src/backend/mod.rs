@@ -271,7 +271,7 @@ impl Default for Registry {
 }
 
 impl Registry {
-    /// The same registry with more rows at its end.
+    /// Copy of the registry with more rows at its end.
     #[must_use]
     pub fn with(mut self, entries: &[BackendEntry]) -> Self {
         self.0.extend_from_slice(entries);

@@ -40,7 +40,7 @@ impl Track {
         track
     }
 
-    /// The same track where only some cells are held: cells are counted from the first of these.
+    /// Copy of the track where only some cells are held: cells are counted from the first of these.
     pub fn within(self, part: Option<CellsHeld>) -> Self {
         Self { part, ..self }
     }

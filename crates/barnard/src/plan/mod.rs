@@ -169,7 +169,7 @@ impl Plan {
         self.bounces
     }
 
-    /// The same plan of which only some parts of the light shine.
+    /// Copy of the plan of which only some parts of the light shine.
     #[must_use]
     pub fn only(&self, shines: impl Fn(Part) -> bool) -> Self {
         let every = |light: &Light| shines(light.route.part());
@@ -185,32 +185,32 @@ impl Plan {
         self.shining.as_ref().is_none_or(|shining| shining[light])
     }
 
-    /// The same plan with other steps along a ray; what pilots measured is of the steps before.
+    /// Copy of the plan with other steps along a ray; what pilots measured is of the steps before.
     #[must_use]
     pub fn with_stepping(self, stepping: Stepping) -> Self {
         Self { stepping, ..self }
     }
 
-    /// The same plan with an image of so many pixels, from the same place.
+    /// Copy of the plan with an image of so many pixels, from the same place.
     #[must_use]
     pub fn with_size(self, width: usize, height: usize) -> Self {
         Self { camera: self.camera.size(width, height), ..self }
     }
 
-    /// The same plan with so many rays along each side of a pixel.
+    /// Copy of the plan with so many rays along each side of a pixel.
     #[must_use]
     pub fn with_supersampling(self, rays: usize) -> Self {
         Self { camera: self.camera.supersampling(rays), ..self }
     }
 
-    /// The same plan without the field that is marched beside starlight that scatters once: light of more scatterings,
+    /// Copy of the plan without the field that is marched beside starlight that scatters once: light of more scatterings,
     /// and that of many stars together from afar.
     #[must_use]
     pub fn without_scattered_field(self) -> Self {
         Self { scattered_field: None, ..self }
     }
 
-    /// The same plan without what many stars send to the dust near them, which is marched star by star.
+    /// Copy of the plan without what many stars send to the dust near them, which is marched star by star.
     #[must_use]
     pub fn without_near_field(mut self) -> Self {
         if let Some(scattered_field) = &mut self.scattered_field {
@@ -219,7 +219,7 @@ impl Plan {
         self
     }
 
-    /// The same plan with the depths and densities of another: for tests of back ends that sweep depths themselves.
+    /// Copy of the plan with the depths and densities of another: for tests of back ends that sweep depths themselves.
     #[doc(hidden)]
     #[must_use]
     pub fn with_space(self, space: Arc<SpatialPlan>) -> Self {

@@ -56,7 +56,7 @@ simd! {
     }
 }
 
-/// The same in double precision: smooth in what spectra and the amount of dust change, however small the change.
+/// Variant in double precision: smooth in what spectra and the amount of dust change, however small the change.
 pub(super) fn add_in_double(plates: &[Plate], shares: &[Vec<Share>], pixels: usize, picture: &mut [f64]) {
     picture.par_chunks_exact_mut(pixels).enumerate().for_each(|(band, picture)| {
         for (plate, share) in plates.iter().zip(shares).map(|(plate, shares)| (plate, &shares[band])) {

@@ -131,7 +131,7 @@ impl Plates {
         Ok(Self::held(scene, reach, before, None, options, control)?.0)
     }
 
-    /// The same with the plan that they were marched by, which may hold to [choices](Choices) that are made already.
+    /// Variant with the plan that they were marched by, which may hold to [choices](Choices) that are made already.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -362,7 +362,7 @@ impl Plates {
         Ok(image)
     }
 
-    /// The same of a mixture of the scene, without its errors, for looks that pass by.
+    /// Variant of a mixture of the scene, without its errors, for looks that pass by.
     ///
     /// # Errors
     /// Where the scene has other stars of a field, values are no numbers, and when the user wishes to stop.
@@ -372,7 +372,7 @@ impl Plates {
         self.finished(scene, mixture, Samples::Single(light), control)
     }
 
-    /// The same in double precision, for programs that take differences of pictures: stored numbers are those of the plates, and what is
+    /// Variant in double precision, for programs that take differences of pictures: stored numbers are those of the plates, and what is
     /// made of them is smooth in spectra and in the amount of dust.
     ///
     /// # Errors

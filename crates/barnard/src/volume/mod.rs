@@ -125,13 +125,13 @@ impl Volume {
         Self::with_precision(lattice, channels, Precision::Single)
     }
 
-    /// The same in any precision.
+    /// Variant in any precision.
     pub fn with_precision(lattice: &Lattice, channels: Vec<Channel>, precision: Precision) -> Self {
         let pages = Pages::whole(with_layer(&doubled(lattice)).dims);
         Self::with_pages(lattice, channels, precision, pages)
     }
 
-    /// The same in some pages of the lattice that has the layer.
+    /// Variant in some pages of the lattice that has the layer.
     pub(crate) fn with_pages(lattice: &Lattice, channels: Vec<Channel>, precision: Precision, pages: Pages) -> Self {
         let inner = doubled(lattice);
         let lattice = with_layer(&inner);
@@ -153,7 +153,7 @@ impl Volume {
         })
     }
 
-    /// The same volume as a part of a whole, of which its first voxel is number `first` along each axis: places in it
+    /// Copy of the volume as a part of a whole, of which its first voxel is number `first` along each axis: places in it
     /// have the numbers that they have in the whole.
     #[must_use]
     pub(crate) fn part_of(self, whole: &Lattice, first: [usize; 3]) -> Self {
@@ -176,7 +176,7 @@ impl Volume {
         }
     }
 
-    /// The same to be written.
+    /// Variant for writing.
     pub(crate) fn single_mut(&mut self) -> &mut [f32] {
         match &mut self.values {
             Values::Single(data) => data,

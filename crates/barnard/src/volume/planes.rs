@@ -84,7 +84,7 @@ impl Volume {
         self.put_planes(slot, plane.axes, &[PlanePart { at: plane.at, columns, rows }], |_, u, v| value(u, v));
     }
 
-    /// The same of several planes; they are all across x where there are more than one, since a line of memory has some
+    /// Variant of several planes; they are all across x where there are more than one, since a line of memory has some
     /// of each then.
     pub(crate) fn put_planes(
         &mut self,

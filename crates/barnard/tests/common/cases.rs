@@ -36,7 +36,7 @@ fn triple(v: &Value) -> String {
     v.as_array().expect("three numbers").iter().map(|x| format!("{:?}", number(x))).collect::<Vec<_>>().join(" ")
 }
 
-/// The same scene in our own format: one length is 1 pc, spectra per nm.
+/// Copy of the scene in our own format: one length is 1 pc, spectra per nm.
 fn toml(case: &Value) -> String {
     let mut t = String::new();
     let camera = &case["camera"];

@@ -298,7 +298,7 @@ bake = 256
     assert!(error(512) < sampling, "{:e}", error(512));
 }
 
-/// The same bits on one thread and on many.
+/// Bits do not depend on the number of threads.
 #[test]
 fn threads_do_not_matter() {
     let scene = parse(&format!(

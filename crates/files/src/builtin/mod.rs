@@ -107,7 +107,7 @@ pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
     load_by(name, memory_limit, Loader::clone)
 }
 
-/// The same by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
+/// Variant by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
 ///
 /// # Errors
 /// Where there is none, and once the user wished to stop.
@@ -115,7 +115,7 @@ pub fn load_by(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> 
     Ok(open(name, memory_limit, prepared)?.scene)
 }
 
-/// The same with what it was read from.
+/// Variant with what it was read from.
 ///
 /// # Errors
 /// Those of [`load_by`].
@@ -123,7 +123,7 @@ pub fn open(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loa
     open_with(name, &[], memory_limit, prepared)
 }
 
-/// The same with other values of some keys.
+/// Variant with other values of some keys.
 ///
 /// # Errors
 /// Those of [`open`], and where the scene can have no such key.

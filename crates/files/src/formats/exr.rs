@@ -30,7 +30,7 @@ pub(super) const READER: super::Reader =
 /// The attribute that lists the bands in the scene's order, a line each.
 const ORDER: &str = "bands";
 
-/// What stands before the name of a band in that of its channel, as a layer's name does.
+/// Prefix of a band's channel name.
 const LAYER: &str = "radiance.";
 
 /// How radiances become the linear colours of a file.
@@ -246,7 +246,7 @@ fn compression(chosen: image::Compression) -> Compression {
     }
 }
 
-/// What a picture of all around is as an environment map, where it is whole.
+/// Environment-map type of a full panorama.
 fn environment_map(picture: &image::Image) -> Option<EnvironmentMap> {
     let (width, height) = (picture.width, picture.height);
     match picture.pixel? {

@@ -1,4 +1,4 @@
-//! What is wanted of an array, collected from its rows or voxels as they come from a file.
+//! Requested part of an array, collected from its rows or voxels.
 
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -40,7 +40,7 @@ pub fn cut(ranges: &Block, edges: [usize; 3]) -> impl Iterator<Item = Block> + u
 
 /// The elements of a part, or the means of blocks of them, in the order in which the file stores them.
 pub struct Gather<T> {
-    /// What is wanted of the array.
+    /// Requested part of the array.
     pub ranges: Block,
     shape: [usize; 3],
     every: usize,
@@ -194,7 +194,7 @@ impl<T: Kept> Gather<T> {
         }
     }
 
-    /// What was collected.
+    /// Collected data.
     ///
     /// # Errors
     /// Where blocks took more memory than they may.

@@ -24,7 +24,7 @@ pub fn unpacked(request: &mut Request) -> Result<()> {
     Ok(())
 }
 
-/// What a packed file holds. Going back begins anew.
+/// Contents of a compressed file. Going back begins anew.
 struct Unpacked {
     decoder: MultiGzDecoder<BufReader<Box<dyn Seekable>>>,
     at: u64,

@@ -120,7 +120,7 @@ impl<'a> Request<'a> {
 pub struct Reader {
     /// The extensions of its files, in lower case.
     pub extensions: &'static [&'static str],
-    /// What it reads, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// Reads what is chosen of a three-dimensional array, where the format holds one.
     pub array: Option<fn(&mut Request, Choose) -> Result<Array>>,
@@ -145,7 +145,7 @@ type List = fn(&mut Request) -> Result<Vec<Member>>;
 pub struct Member {
     /// The name by which `array` means it; empty where it has none.
     pub name: String,
-    /// What it is, by the words for it: voxels, type, transform.
+    /// Description: voxels, type, transform.
     pub facts: Vec<(&'static str, String)>,
 }
 
@@ -159,7 +159,7 @@ pub const READERS: &[Reader] = &[npy::READER, npz::READER, fits::READER, hdf5::R
 pub struct Writer {
     /// The extension of its files, in lower case.
     pub extension: &'static str,
-    /// What it writes, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// True if it is what a display shows, and no radiance.
     pub is_picture: bool,
@@ -197,7 +197,7 @@ pub struct GridFile<'a> {
 pub struct GridWriter {
     /// The extension of its files, in lower case.
     pub extension: &'static str,
-    /// What it writes, in one line.
+    /// Summary in one line.
     pub summary: &'static str,
     /// Writes the bytes of a file, a part at a time.
     pub write: fn(&GridFile, &mut dyn Write) -> Result<()>,
@@ -227,7 +227,7 @@ fn failed(error: std::io::Error) -> Error {
     Error::Encoding { format: "grid", reason: error.to_string() }
 }
 
-/// What stands behind the last point of a path's name, or behind the one before where that is how a file was packed.
+/// File extension, or behind the one before where that is how a file was packed.
 fn extension(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let mut parts = name.rsplit('.');
@@ -267,7 +267,7 @@ pub fn read_array(source: impl Seekable + 'static, path: &Path, part: Option<&st
     read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&mut Request::new(source, path, part, memory_limit)?, choose))
 }
 
-/// The same of a file.
+/// Variant of a file.
 ///
 /// # Errors
 /// Where it cannot be opened, and those of [`read_array`].
@@ -275,7 +275,7 @@ pub fn read_file(path: &Path, part: Option<&str>, choose: Choose, memory_limit: 
     read_array(open(path)?, path, part, choose, memory_limit)
 }
 
-/// What a file of arrays holds, and the one line that says its format; values are not read.
+/// Contents of a file of arrays, and a line about its format; values are not read.
 ///
 /// # Errors
 /// Where its extension is that of no format of arrays, it cannot be opened, or it is broken.
@@ -342,7 +342,7 @@ fn three_axes(path: &Path, shape: &[u64]) -> Result<([usize; 3], u64)> {
     Ok(([a as usize, b as usize, c as usize], cells))
 }
 
-/// The same, after a look at the memory that it would take.
+/// Variant that checks the required memory first.
 fn checked_shape(path: &Path, memory_limit: u64, shape: &[u64]) -> Result<([usize; 3], usize)> {
     let (shape, cells) = three_axes(path, shape)?;
     memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(4), memory_limit)?;

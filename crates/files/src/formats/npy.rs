@@ -124,7 +124,7 @@ fn without_long_suffixes(head: &mut [u8], start: usize, length: usize) {
     }
 }
 
-/// What of a request stays when its bytes are lent to a parser.
+/// Request without its bytes.
 pub(super) struct Asked<'a> {
     /// The path of the file.
     pub path: &'a Path,

@@ -48,7 +48,7 @@ fn entry<'a, 'r>(archive: &'a mut Archive<'r>, name: &str, path: &Path) -> Resul
     archive.by_name(&format!("{name}.npy")).map_err(|e| Error::file(path, format!("array {name}: {e}")))
 }
 
-/// What `read` makes of the one array of an archive that is meant, which is inflated as it is read.
+/// Result of `read` for the selected array of an archive, which is inflated as it is read.
 fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -> Result<T> {
     let (path, part, memory_limit) = (request.path, request.part, request.memory_limit);
     let mut archive = opened(request)?;
@@ -97,7 +97,7 @@ pub(crate) fn values<T: Kept>(request: &mut Request) -> Result<(Vec<u64>, Vec<T>
     })
 }
 
-/// The same as doubles.
+/// Variant as doubles.
 pub(crate) fn doubles(request: &mut Request) -> Result<(Vec<u64>, Vec<f64>)> {
     values(request)
 }

@@ -7,13 +7,13 @@ use super::Kept;
 /// A type of stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stored {
-    /// What the numbers are.
+    /// Number type.
     pub kind: Number,
     /// True if the highest byte comes first.
     pub big_endian: bool,
 }
 
-/// What stored numbers are.
+/// Meaning of stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Number {
     /// Whole numbers with a sign, of so many bytes.

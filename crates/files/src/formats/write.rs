@@ -169,7 +169,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_by(path, |out| out.write_all(bytes))
 }
 
-/// The same by what `write` writes.
+/// Variant by what `write` writes.
 pub(crate) fn replace_by(path: &Path, write: impl FnOnce(&mut tempfile::NamedTempFile) -> std::io::Result<()>) -> Result<()> {
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was kept: {e}"));
     let target = target(path)?;

@@ -107,7 +107,7 @@ struct Keys {
     interpolation: Interpolation,
 }
 
-/// What is animated of the nodes above a camera, and of itself.
+/// Animated nodes above a camera, and the camera itself.
 struct Channels {
     /// Translations and rotations by their nodes.
     places: HashMap<usize, Keys>,
@@ -215,7 +215,7 @@ impl Keys {
 /// The buffers of a file, each read when it is asked for.
 struct Buffers<'a> {
     request: &'a Request<'a>,
-    /// What a .glb holds behind its text.
+    /// Binary chunk of a .glb.
     blob: Option<Vec<u8>>,
     read: HashMap<usize, Vec<u8>>,
     /// Bytes of all that were read.

@@ -10,7 +10,7 @@ use std::path::Path;
 use barnard::data::TextTable;
 use barnard::error::Result;
 
-/// What a path is read with: its bytes, its own path, the files beside it that it names, and the most rows it may have.
+/// Request of a path: its bytes, its own path, the files beside it that it names, and the most rows it may have.
 pub(crate) struct Request<'a> {
     pub bytes: &'a [u8],
     pub path: &'a Path,
@@ -36,7 +36,7 @@ const READ_GLTF: Read = gltf::read;
 #[cfg(not(feature = "gltf"))]
 const READ_GLTF: Read = |request| Err(barnard::error::Error::file(request.path, crate::missing_feature("glTF", "gltf")));
 
-/// What reads the path of a file called `name`; none where it is a table of text already.
+/// Path reader of a file called `name`; `None` for a text table.
 pub(crate) fn reader(name: &str) -> Option<Read> {
     let extension = Path::new(name).extension()?.to_str()?.to_lowercase();
     READERS.iter().find(|reader| reader.extensions.contains(&extension.as_str())).map(|reader| reader.read)

@@ -1,4 +1,4 @@
-//! What a test allocates.
+//! Allocation counter of tests.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -27,7 +27,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// What `work` gives, and the most bytes that were allocated at once beyond those of before; one at a time.
+/// Result of `work` and the peak of allocated bytes beyond those of before; one at a time.
 pub fn most_allocated<T>(work: impl FnOnce() -> T) -> (T, usize) {
     let before = NOW.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);

@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 use self::normal::{inverse, solved};
 use crate::Parameter;
 
-/// What a model says of all data, in their order.
+/// Model predictions for all data, in their order.
 #[derive(Debug, Clone, Default)]
 pub struct Prediction {
     /// The values.
@@ -29,9 +29,9 @@ pub struct Prediction {
     pub sigma: Option<Vec<f64>>,
 }
 
-/// What says what data would be.
+/// Forward model.
 pub trait Model {
-    /// What data would be at some values of the parameters.
+    /// Predicted data at some values of the parameters.
     ///
     /// # Errors
     /// Where values cannot be, and when the user wishes to stop.
@@ -53,7 +53,7 @@ pub trait Model {
     }
 }
 
-/// What was measured.
+/// Measurement.
 #[derive(Debug, Clone)]
 pub struct Measured {
     /// The values.
@@ -62,7 +62,7 @@ pub struct Measured {
     pub sigma: Vec<f64>,
 }
 
-/// What was found.
+/// Result.
 #[derive(Debug, Clone)]
 pub struct Fitted {
     /// The value of each parameter.
@@ -75,7 +75,7 @@ pub struct Fitted {
     pub linear: Vec<bool>,
     /// Σ r² of the data, and their number.
     pub chi2: (f64, usize),
-    /// What the model says at the values.
+    /// Predictions at the values.
     pub prediction: Prediction,
     /// Standard errors by which data were weighed.
     pub sigma: Vec<f64>,
@@ -129,11 +129,11 @@ const TRIED: f64 = 0.05;
 const LINEAR: f64 = 2e-3;
 /// Factor by which a step grows if the smaller one changes nothing.
 const LARGER: [f64; 3] = [1e2, 1e4, 1e6];
-/// What pictures in single precision are rounded by, as a part of the brightest of the data.
+/// Rounding of single-precision pictures, relative to the brightest of the data.
 const ROUNDED: f64 = 5e-7;
 /// The step of differences, as a part of a parameter's scale.
 const STEP: f64 = 3e-3;
-/// What stands for nothing where zero cannot be asked for, as a part of the value that a parameter begins with.
+/// Substitute of zero for parameters that exclude zero, as a part of the value that a parameter begins with.
 const LEAST: f64 = 1e-6;
 /// Searches, each from where the one before ended, where that was far from where it began.
 const SEARCHES: usize = 4;
@@ -273,7 +273,7 @@ impl Fitting<'_> {
         Ok(self.predict(values)?.mean)
     }
 
-    /// What a parameter is measured by.
+    /// Unit of a parameter.
     fn scale(&self, i: usize, value: f64) -> f64 {
         let (low, high) = self.parameters[i].bounds;
         if value != 0.0 {
@@ -384,7 +384,7 @@ impl Fitting<'_> {
         }
     }
 
-    /// The same values, which the model can be asked for: linear parameters above a bound of zero.
+    /// Copy of the values, which the model can be asked for: linear parameters above a bound of zero.
     fn shown(&self, values: &[f64]) -> Vec<f64> {
         let own = |(i, value): (usize, &f64)| {
             if self.linear[i] && self.parameters[i].bounds.0 == 0.0 { value.max(LEAST * self.reference[i].abs()) } else { *value }
@@ -469,7 +469,7 @@ impl Fitting<'_> {
         })
     }
 
-    /// What is left of the data, and of what is known beforehand.
+    /// Residuals of data and priors.
     fn residuals(&self, values: &[f64], mean: &[f64]) -> DVector<f64> {
         let of_data = self.data.values.iter().zip(mean).zip(&self.sigma).map(|((y, m), sigma)| (y - m) / sigma);
         let of_priors = self.parameters.iter().zip(values).filter_map(|(own, value)| own.prior.map(|(mean, sigma)| (value - mean) / sigma));
@@ -500,7 +500,7 @@ impl Fitting<'_> {
         Ok(self.fall(&all, &columns))
     }
 
-    /// What is to be told of the values that were found.
+    /// Report of the fitted values.
     fn told(mut self, values: Vec<f64>, converged: bool) -> Result<Fitted> {
         let prediction = Prediction { mean: self.at(&values)?, sigma: None };
         let jacobian = self.jacobian(&values)?;

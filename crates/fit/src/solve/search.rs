@@ -127,7 +127,7 @@ struct Problem<'a, 'b> {
 }
 
 impl Problem<'_, '_> {
-    /// What is left of the data at some of the free parameters.
+    /// Residuals of the data at some free parameters.
     fn projected(&self, at: &DVector<f64>, like: &[f64]) -> Result<Projected> {
         let mut fitting = self.fitting.borrow_mut();
         let mut values = like.to_vec();

@@ -32,7 +32,7 @@ const BUFFERS: u64 = 7;
 const FARTHEST: u64 = 20_000;
 /// Voxels that are written to the device at once.
 const WRITTEN: usize = 1 << 16;
-/// What is there where the device has no room.
+/// Placeholder on a full device.
 const INSTEAD: &str = "the processor does it";
 /// Bindings of the shader's entries.
 const FOLLOWS: [u32; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
@@ -207,7 +207,7 @@ impl<'a> OnDevice<'a> {
         self.gpu.group(&pipeline.get_bind_group_layout(0), used.iter().map(|i| (*i, all[*i as usize].as_entire_binding())))
     }
 
-    /// What a star's rays are on the device.
+    /// Rays of a star on the device.
     fn of_star(&self, number: usize, is_known: bool) -> Result<OfStar> {
         let numbers = StarNumbers::new(&self.task, number, self.room, is_known);
         let sent = sent(&self.task, number);

@@ -1,4 +1,4 @@
-//! What the shader of ionising light reads, in its layout.
+//! Input of the ionising-light shader, in its layout.
 
 use std::ops::Range;
 
@@ -99,7 +99,7 @@ pub fn generations(task: &Task, number: usize, sent: &[RayNumbers]) -> usize {
     (least..GENERATIONS as u32).take_while(parts).count() + 1
 }
 
-/// What the shader knows of a star's light by node, and of patches by level.
+/// Starlight per node and patches per level, as seen by the shader.
 pub fn spectrum(task: &Task, number: usize) -> Vec<[f32; 4]> {
     let light = task.stars[number].light;
     let ionises = light.ionises();

@@ -1,4 +1,4 @@
-//! What changes on the device, and what is done there in parts.
+//! Changes on the device and partial work.
 
 use barnard::backend::cpu;
 use barnard::control::Control;
@@ -11,7 +11,7 @@ use spectra::colour::{Palette, Stretch};
 use super::light::{CAMERA, DUST, FINE, STAR, TOLERANCE, difference, many_lights, on, parsed, plan};
 use super::test_device::device;
 
-/// The same picture at every size of workgroup, with empty space marched through and rays followed to their ends, to
+/// Pictures do not depend on the size of workgroups, with empty space marched through and rays followed to their ends, to
 /// what other places of samples behind a jump and faint light behind an end cost.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]

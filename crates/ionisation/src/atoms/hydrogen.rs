@@ -12,7 +12,7 @@ const COLLISIONS: &str = include_str!("../../data/hydrogen_collisions.csv");
 /// Energies of the levels 2 and 3 above the ground \[eV\].
 const EXCITED_EV: [f64; 2] = [10.199, 12.088];
 
-/// What is tabulated of recombination, times √T.
+/// Tabulated recombination, multiplied by √T.
 #[derive(Debug, Clone, Copy)]
 enum Column {
     ToGround = 1,

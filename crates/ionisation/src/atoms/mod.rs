@@ -29,7 +29,7 @@ pub const HELIUM_EV: f64 = 24.59;
 /// The electronvolt \[erg\].
 pub const ERG_PER_EV: f64 = 1e7 * ELECTRONVOLT;
 
-/// What takes an ion of charge q to q + 1 and back.
+/// Rates between charges q and q + 1.
 #[derive(Debug, Clone, Default)]
 pub struct Transition {
     /// Light that takes an electron away.
@@ -77,7 +77,7 @@ impl Atoms {
         ATOMS.get_or_init(Self::read)
     }
 
-    /// What takes ions of an element from `charge` to one more.
+    /// Ionisation rate of an element from `charge` to the next charge.
     pub fn transition(&self, element: Element, charge: usize) -> &Transition {
         &self.transitions[element as usize][charge]
     }

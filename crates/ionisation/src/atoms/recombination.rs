@@ -55,7 +55,7 @@ pub(super) fn radiative(mut put: impl FnMut(Element, usize, &Radiative)) {
     }
 }
 
-/// The same of dielectronic fits.
+/// Variant of dielectronic fits.
 pub(super) fn dielectronic(mut put: impl FnMut(Element, usize, &Dielectronic)) {
     let columns = embedded_columns("dielectronic recombination", DIELECTRONIC, 2 + 2 * TERMS).expect("embedded");
     for i in 0..columns[0].len() {

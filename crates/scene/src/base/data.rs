@@ -272,7 +272,7 @@ impl Inputs {
         self.source.label(name)
     }
 
-    /// The same source with a record of its own.
+    /// Copy of the source with a record of its own.
     #[must_use]
     pub fn recording(&self) -> Self {
         Self { notes: Arc::default(), ..self.clone() }

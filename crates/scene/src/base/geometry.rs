@@ -57,7 +57,7 @@ impl Bounds {
         })
     }
 
-    /// The same box, if it is a sound place for numbers.
+    /// Validated box.
     ///
     /// # Errors
     /// Where it is not, with what is wrong.

@@ -79,7 +79,7 @@ impl Exposures {
         Self::by(&mut Kernels::default(), instrument, image, bands, control)
     }
 
-    /// The same by kernels of pictures before, where they are those of this one.
+    /// Variant by kernels of pictures before, where they are those of this one.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -127,7 +127,7 @@ impl Exposures {
         &self.instrument
     }
 
-    /// The same light, recorded in other exposures, frames or by another detector; an instrument of the same optics and sky.
+    /// Copy of the light, recorded in other exposures, frames or by another detector; an instrument of the same optics and sky.
     #[must_use]
     pub fn recorded_by(&self, instrument: Arc<Instrument>) -> Self {
         Self { instrument, ..self.clone() }

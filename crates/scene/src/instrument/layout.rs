@@ -35,7 +35,7 @@ impl Pixels {
         Ok(Self { size: [image.width, image.height], edge_rad, axis: image.axis, is_parallel })
     }
 
-    /// The same plane in pixels of another edge, as many as it holds.
+    /// Copy of the plane in pixels of another edge, as many as it holds.
     fn rebinned(&self, edge: f64) -> (Self, Squares) {
         let squares = Squares::within(self.size, edge);
         let axis = (self.axis.0 / edge, self.axis.1 / edge);

@@ -121,7 +121,7 @@ impl Instrument {
         self.area_m2() * self.throughput * pivot_um * 1e-6 / (PLANCK * SPEED_OF_LIGHT)
     }
 
-    /// The same instrument with squares of so many pixels along an edge summed as one, after they were read.
+    /// Copy of the instrument with squares of so many pixels along an edge summed as one, after they were read.
     #[must_use]
     pub fn binned(self, pixels: usize) -> Self {
         let (edge, area) = (pixels as f64, (pixels * pixels) as f64);

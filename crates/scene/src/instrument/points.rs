@@ -46,7 +46,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// The same light as points on fine pixels.
+    /// Copy of the light as points on fine pixels.
     pub fn light(&self, band: usize, per_watt: f64) -> Vec<f64> {
         let [width, height] = self.size.map(|pixels| pixels * self.finer);
         let mut light = vec![0.0; width * height];

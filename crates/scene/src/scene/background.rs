@@ -32,13 +32,13 @@ impl Background {
         Self { star_field: Some(field), ..Self::default() }
     }
 
-    /// The same background with a field of stars over its light.
+    /// Copy of the background with a field of stars over its light.
     #[must_use]
     pub fn with_stars(self, field: StarField) -> Self {
         Self { star_field: Some(field), ..self }
     }
 
-    /// The same background with the stars of a catalogue over its light.
+    /// Copy of the background with the stars of a catalogue over its light.
     #[must_use]
     pub fn with_catalogue(self, catalogue: PlacedCatalogue) -> Self {
         Self { catalogue: Some(catalogue), ..self }

@@ -69,7 +69,7 @@ impl Dust {
         Self { albedo: albedo.into(), ..self }
     }
 
-    /// The same dust, which spreads scattered light over angle like this.
+    /// Copy of the dust, which spreads scattered light over angle like this.
     #[must_use]
     pub fn phase(self, phase: impl IntoPhase) -> Self {
         Self { phase: phase.into_phase(), ..self }

@@ -33,7 +33,7 @@ impl Emission {
         Self { name: "emission".into(), density: density.into_field(), spectrum }
     }
 
-    /// The same species under another name.
+    /// Copy of the species under another name.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }

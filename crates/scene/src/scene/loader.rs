@@ -71,18 +71,18 @@ impl Loader {
         }
     }
 
-    /// The same for one reading, which records how its files are understood.
+    /// Variant for one reading, which records how its files are understood.
     pub(super) fn recording(&self) -> Self {
         Self { inputs: self.inputs.recording(), ..self.clone() }
     }
 
-    /// The same for readings that `control` can interrupt.
+    /// Variant for readings that `control` can interrupt.
     #[must_use]
     pub fn under(&self, control: &Control) -> Self {
         Self { control: control.clone(), ..self.clone() }
     }
 
-    /// The same for readings of a scene as it is at a moment \[s\], the first being 0 s. What is kept is shared.
+    /// Variant for readings of a scene as it is at a moment \[s\], the first being 0 s. What is kept is shared.
     #[must_use]
     pub fn at(&self, moment: f64) -> Self {
         Self { moment, ..self.clone() }
@@ -93,13 +93,13 @@ impl Loader {
         self.moment
     }
 
-    /// The same for readings in which a device has the light of several stars go through gas, where one is given.
+    /// Variant for readings in which a device has the light of several stars go through gas, where one is given.
     #[must_use]
     pub fn traced_by(&self, tracer: Option<Arc<dyn RayTracer>>) -> Self {
         Self { tracer, ..self.clone() }
     }
 
-    /// The same for readings in which what takes long is made roughly: turbulence, and gas that stars ionise, on few voxels,
+    /// Variant for readings in which what takes long is made roughly: turbulence, and gas that stars ionise, on few voxels,
     /// unless they are known. What is kept is shared.
     #[must_use]
     pub fn roughly(&self) -> Self {
@@ -126,7 +126,7 @@ impl Loader {
         self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade))
     }
 
-    /// The same for a field that may take `long`, which may be [made roughly](Self::makes_roughly).
+    /// Variant for a field that may take `long`, which may be [made roughly](Self::makes_roughly).
     pub(super) fn long_field(
         &self,
         text: &str,

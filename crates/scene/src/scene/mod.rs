@@ -203,63 +203,63 @@ impl Scene {
         }
     }
 
-    /// The same scene under another name.
+    /// Copy of the scene under another name.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
 
-    /// The same scene through these passbands, with the display that they have by default.
+    /// Copy of the scene through these passbands, with the display that they have by default.
     #[must_use]
     pub fn bands(self, bands: Vec<Passband>) -> Self {
         Self { display: Display::of(&bands), bands, spectrograph: None, ..self }
     }
 
-    /// The same scene with this dust in place of any before.
+    /// Copy of the scene with this dust in place of any before.
     #[must_use]
     pub fn dust(self, dust: Dust) -> Self {
         Self { dust: Some(dust), ..self }
     }
 
-    /// The same scene with one more species of glowing gas.
+    /// Copy of the scene with one more species of glowing gas.
     #[must_use]
     pub fn emission(mut self, emission: Emission) -> Self {
         self.emission.push(emission);
         self
     }
 
-    /// The same scene with one more star.
+    /// Copy of the scene with one more star.
     #[must_use]
     pub fn star(mut self, star: Star) -> Self {
         self.stars.push(star);
         self
     }
 
-    /// The same scene with another background.
+    /// Copy of the scene with another background.
     #[must_use]
     pub fn background(self, background: Background) -> Self {
         Self { background, ..self }
     }
 
-    /// The same scene with detail below the voxels of its densities.
+    /// Copy of the scene with detail below the voxels of its densities.
     #[must_use]
     pub fn detail(self, detail: Detail) -> Self {
         Self { detail: Some(detail), ..self }
     }
 
-    /// The same scene, seen at a place of the sky.
+    /// Copy of the scene, seen at a place of the sky.
     #[must_use]
     pub fn observed(self, observation: Observation) -> Self {
         Self { observation: Some(observation), ..self }
     }
 
-    /// The same scene, recorded by an instrument.
+    /// Copy of the scene, recorded by an instrument.
     #[must_use]
     pub fn recorded(self, instrument: Instrument) -> Self {
         Self { instrument: Some(Arc::new(instrument)), ..self }
     }
 
-    /// The same scene by another method or accuracy.
+    /// Copy of the scene by another method or accuracy.
     #[must_use]
     pub fn method(self, method: Method) -> Self {
         Self { method, ..self }
@@ -524,7 +524,7 @@ fn at<T, E: Into<Error>>(path: &str, key: &str, result: std::result::Result<T, E
     result.map_err(|error| placed_error(path, key, error.into().to_string()))
 }
 
-/// The same error with the line of the text, where the tree that the scene is from knows it.
+/// Copy of the error with the line of the text, where the tree that the scene is from knows it.
 fn placed(error: Error, root: &Section) -> Error {
     let Error::Scene { message, place } = error else { return error };
     let own = if place.path.is_empty() { place.key.as_str() } else { place.path.split('.').next().unwrap_or("") };

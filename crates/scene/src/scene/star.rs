@@ -58,19 +58,19 @@ impl Star {
         Ok(Self::new(sed::scaled(shape, scale)?))
     }
 
-    /// The same star at another place \[pc\].
+    /// Copy of the star at another place \[pc\].
     #[must_use]
     pub fn at(self, position: DVec3) -> Self {
         Self { position, ..self }
     }
 
-    /// The same star under another name.
+    /// Copy of the star under another name.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
 
-    /// The same star, whose light is seen on dust alone.
+    /// Copy of the star, whose light is seen on dust alone.
     #[must_use]
     pub fn hidden(self) -> Self {
         Self { visible: false, ..self }

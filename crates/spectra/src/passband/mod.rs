@@ -155,7 +155,7 @@ impl Passband {
         &self.name
     }
 
-    /// The same band under another name.
+    /// Copy of the band under another name.
     pub fn renamed(mut self, name: &str) -> Self {
         self.name = name.to_owned();
         self

@@ -53,7 +53,7 @@ impl Certificate {
         Self { absolute: MARGIN * absolute + floor, relative: MARGIN * relative + floor, depth }
     }
 
-    /// The same with what arithmetic adds where light is marched with `rounding`: a relative error of the depth changes
+    /// Variant with what arithmetic adds where light is marched with `rounding`: a relative error of the depth changes
     /// F(a) by a |F′(a)|, one of the light by F(a), or by the `size` of the terms that add up to it, where they cancel.
     pub fn rounded(self, measure: &Measure, rounding: Rounding, size: impl Fn(f64) -> f64) -> Self {
         let measure = measure.condensed(self.depth);

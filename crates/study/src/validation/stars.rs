@@ -137,7 +137,7 @@ impl Run {
         ])
     }
 
-    /// The same stars one by one, where there are some and not too many.
+    /// Copy of the stars one by one, where there are some and not too many.
     fn one_by_one(&self, one: &Plan, control: &Control) -> Result<Option<OneByOne>> {
         if !(2..=ONE_BY_ONE).contains(&self.stars) {
             return Ok(None);

@@ -26,7 +26,7 @@ pub fn keys(ui: &mut Ui, document: &Document, place: &str, edits: &mut Edits) {
     keys_but(ui, document, place, &[], edits);
 }
 
-/// The same keys without some, which stand elsewhere.
+/// Keys without some that are listed elsewhere.
 pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edits: &mut Edits) {
     let Some(row) = row(place) else { return };
     let empty = toml_edit::Table::new();

@@ -237,7 +237,7 @@ lines = [{ wavelength = "550 nm", strength = 1 }]
     assert!(means(&harness) != before && before[1] > 0.0);
 }
 
-/// The same text with another file beside it is another scene.
+/// A text with another file next to it is another scene.
 #[test]
 fn equal_texts_of_other_folders_are_other_scenes() {
     let (folder, path) = folder();

@@ -34,7 +34,7 @@ impl<'a> DetailNoise<'a> {
         Some(Self { noise, footprint: plan.camera.footprint(), slots })
     }
 
-    /// The same along the rays of a packet, whose stretch begins at its span.
+    /// Variant along the rays of a packet, whose stretch begins at its span.
     pub(super) fn along(&self, state: &State) -> PacketDetail {
         let start = |lane: usize| state.span.0[lane];
         let of = |octave: &'a Octave| {

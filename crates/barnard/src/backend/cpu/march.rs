@@ -77,12 +77,12 @@ impl<'a> March<'a> {
         }
     }
 
-    /// The same march, which measures how far light comes from.
+    /// Copy of the march, which measures how far light comes from.
     pub fn measuring(self) -> Self {
         Self { measures: true, ..self.whole() }
     }
 
-    /// The same march, whose rays go on where little light is left.
+    /// Copy of the march, whose rays go on where little light is left.
     pub fn whole(self) -> Self {
         Self { is_whole: true, ..self }
     }

@@ -54,7 +54,7 @@ impl Majorant {
         }
     }
 
-    /// The same bounds multiplied by a factor: a wrong one, for tests.
+    /// Copy of the bounds multiplied by a factor: a wrong one, for tests.
     #[cfg(test)]
     pub fn scaled(mut self, factor: f32) -> Self {
         self.blocks = self.blocks.scaled(factor.into());

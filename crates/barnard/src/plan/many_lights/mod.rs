@@ -152,13 +152,13 @@ impl ManyLights {
         Ok(Self { stars, places: own, member, sigma, representatives, depths, dust: dust.clone(), groups })
     }
 
-    /// The same stars with other representatives, where others are the brightest; none where they are not.
+    /// Copy of the stars with other representatives, where others are the brightest; none where they are not.
     pub fn led_by(&self, members: &[usize]) -> Option<Self> {
         let representatives = representatives(members, self.member.len());
         (representatives != self.representatives).then(|| Self { representatives, ..self.clone() })
     }
 
-    /// The same stars in `dust`, which is `ratio` times the dust before; none where depths were or would be cut.
+    /// Copy of the stars in `dust`, which is `ratio` times the dust before; none where depths were or would be cut.
     pub fn scaled(&self, ratio: f64, dust: &Arc<Grid>) -> Option<Self> {
         let largest = self.depths.iter().map(|depths| depths.largest(0)).fold(0.0, f32::max);
         let fits = ratio.is_finite() && ratio > 0.0 && f64::from(largest) * ratio.max(1.0) < 0.99 * star_depths::OPAQUE;

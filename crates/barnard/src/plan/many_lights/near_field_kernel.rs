@@ -36,7 +36,7 @@ impl NearFieldKernel {
         2.0 / 3.0 * std::f64::consts::PI * self.reach_pc * self.reach_pc * (self.reach_pc + self.ahead_pc)
     }
 
-    /// The same kernel in single precision.
+    /// Copy of the kernel in single precision.
     pub fn shape(&self) -> Shape {
         Shape { inverse_square: self.reach_pc.powi(-2) as f32, flat: (1.0 - (self.reach_pc / self.ahead_pc).powi(2)) as f32 }
     }

@@ -180,7 +180,7 @@ impl MultipleScattering {
         Ok(Some(own))
     }
 
-    /// The same field without the first light of the gathered stars.
+    /// Copy of the field without the first light of the gathered stars.
     fn scattered_before(&self) -> Self {
         Self::resolved(self.field.clone(), Vec::new(), self.report.clone(), self.view)
     }
@@ -191,7 +191,7 @@ impl MultipleScattering {
         self.field.parts.len() == other.field.parts.len() && pairs().all(|(a, b)| Arc::ptr_eq(&a.solved, &b.solved))
     }
 
-    /// The same field as `camera` sees it; the same volumes where that sees the same directions.
+    /// Copy of the field as `camera` sees it; the same volumes where that sees the same directions.
     ///
     /// # Errors
     /// When the user wishes to stop.

@@ -100,7 +100,7 @@ impl SpatialPlan {
         Self::sampled(scene, settings, OWN, control)
     }
 
-    /// The same scene with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
+    /// Copy of the scene with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
     pub(crate) fn coarse(scene: &Scene, settings: &Settings, most: usize, control: &Control) -> Result<Self> {
         Self::sampled(scene, settings, BakeResolution { most, ..OWN }, control)
     }

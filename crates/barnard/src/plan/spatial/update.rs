@@ -128,7 +128,7 @@ impl SpatialPlan {
         Ok(())
     }
 
-    /// The same space with functions sampled to at least `edge` voxels along their longest edge; none where that would
+    /// Copy of the space with functions sampled to at least `edge` voxels along their longest edge; none where that would
     /// take more memory than is allowed.
     pub(crate) fn resampled(&self, scene: &Scene, edge: usize, settings: &Settings, control: &Control) -> Result<Option<Self>> {
         match Self::sampled(scene, settings, BakeResolution { least: edge, ..self.resolution }, control) {

@@ -81,7 +81,7 @@ impl SpectralPlan {
         Self::with_rules(scene, lights, space, settings, rules, control)
     }
 
-    /// The same by rules that are made for something else than all else is.
+    /// Variant by rules that are made for something else than all else is.
     pub(crate) fn with_rules(
         scene: &Scene,
         lights: &[Light],

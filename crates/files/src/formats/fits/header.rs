@@ -13,7 +13,7 @@ const EXTENSION: &[u8] = b"XTENSION";
 /// HDUs that are looked at.
 const MAX_HDUS: usize = 1000;
 
-/// What axes are that are no lengths, and the first part of their CTYPE. Source: FITS standard 4.0, tables 23, 25 and 28.
+/// Axes that are not lengths, by the first part of their CTYPE. Source: FITS standard 4.0, tables 23, 25 and 28.
 /// Further names are those of older files and other programs.
 const OTHER_AXES: [(&str, &[&str]); 7] = [
     ("place on the sky", &["RA", "DEC", "GLON", "GLAT", "ELON", "ELAT", "SLON", "SLAT", "HLON", "HLAT"]),
@@ -151,7 +151,7 @@ impl Header {
         self.lengths(if self.is_packed() { "ZNAXIS" } else { "NAXIS" })
     }
 
-    /// What its image's numbers are: their bits, below zero for floating point.
+    /// Number type of its image: their bits, below zero for floating point.
     pub fn bitpix(&self) -> Option<i64> {
         self.integer(if self.is_packed() { "ZBITPIX" } else { "BITPIX" })
     }

@@ -71,7 +71,7 @@ fn is_unsigned_64(header: &Header) -> bool {
     header.bitpix() == Some(64) && header.number("BZERO") == Some(2f64.powi(63)) && header.number("BSCALE").is_none_or(|scale| scale == 1.0)
 }
 
-/// What a number of an image stands for: scaled by BSCALE and BZERO; blank integers are NaN.
+/// Physical value of an image number: scaled by BSCALE and BZERO; blank integers are NaN.
 fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
     let scaled = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
     let is_unsigned = is_unsigned_64(header) && !header.is_packed();
@@ -80,7 +80,7 @@ fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
     move |v| T::of(if Some(v) == blank { f64::NAN } else { zero + scale * v })
 }
 
-/// What is meant of the pixel values of an HDU of this shape, the slowest axis first, whose axes have these numbers in the
+/// Selected part of an HDU of this shape, the slowest axis first, whose axes have these numbers in the
 /// file.
 fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], shape: [usize; 3], part: &Part) -> Result<Numbers> {
     let path = request.path;

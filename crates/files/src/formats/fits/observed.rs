@@ -43,7 +43,7 @@ pub struct Plane {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sky {
     kinds: [String; 2],
-    /// What no flat picture of a scene has, by the keyword that says so: distortions, a turned pole, an old equinox.
+    /// World-coordinate features unsupported for flat pictures, by keyword: distortions, a turned pole, an old equinox.
     peculiar: Option<String>,
     reference: DVec2,
     /// The coordinates of the reference \[deg\].
@@ -59,7 +59,7 @@ const ERRORS: [&str; 4] = ["ERR", "ERROR", "UNCERT", "SIGMA"];
 const MASKS: [&str; 2] = ["DQ", "MASK"];
 const ASIDE: [&str; 11] = ["WHT", "WEIGHT", "CON", "CTX", "AREA", "VAR", "VARIANCE", "VAR_POISSON", "VAR_RNOISE", "VAR_FLAT", "IVM"];
 
-/// What the name of the mask of an image begins with, before the name of the image.
+/// Prefix of a mask's name, before the name of the image.
 pub const MASK_PREFIX: &str = "mask.";
 
 impl Observed {
@@ -98,7 +98,7 @@ impl Observed {
         }
     }
 
-    /// The same with one image, and its errors and mask: by the name of its HDU, by name and version as in "SCI,2", or by number.
+    /// Variant with one image, and its errors and mask: by the name of its HDU, by name and version as in "SCI,2", or by number.
     ///
     /// # Errors
     /// Says what images there are where none or several are meant.
@@ -196,7 +196,7 @@ pub fn sky_of(image: &Image) -> Result<Option<Sky>> {
 }
 
 impl Sky {
-    /// What a header says; none where it says nothing of two axes of the sky.
+    /// World coordinates of a header; `None` without two sky axes.
     fn of(header: &Header) -> Option<Self> {
         let kind = |axis: usize| header.text(&format!("CTYPE{axis}")).map(|kind| kind.trim().to_owned());
         let kinds = [kind(1)?, kind(2)?];

@@ -24,7 +24,7 @@ struct Tiles<'h> {
     edges: Vec<u64>,
     table: Table,
     packing: Packing,
-    /// What the image's numbers are, and those that are packed where they were made whole ones.
+    /// Number type of the image, and those that are packed where they were made whole ones.
     stored: Stored,
     dither: Dither,
 }
@@ -37,7 +37,7 @@ enum Packing {
     Rice { pixels: usize, bytes: usize },
 }
 
-/// What was added to numbers before they were made whole.
+/// Offset of numbers before quantisation.
 #[derive(Clone, Copy, PartialEq)]
 enum Dither {
     None,
@@ -48,18 +48,18 @@ enum Dither {
     },
 }
 
-/// What the file has of a tile.
+/// Tile data in the file.
 struct Tile {
     bytes: Vec<u8>,
     packing: Packing,
-    /// What its numbers were multiplied by to be whole, and what was added; none where they are themselves.
+    /// Scale and offset of its quantised numbers; `None` if unquantised.
     scale: Option<(f64, f64)>,
     blank: Option<f64>,
     /// Its place among the tiles.
     row: usize,
 }
 
-/// What is meant of an image of this shape, whose axes are those of `numbers` in the file, into `gather`.
+/// Selected part of an image of this shape, whose axes are those of `numbers` in the file, into `gather`.
 pub fn gathered<T: Kept>(
     request: &mut Request,
     header: &Header,
@@ -229,7 +229,7 @@ const ZERO: f64 = -2_147_483_646.0;
 const RANDOM: usize = 10_000;
 
 impl Dither {
-    /// What was added to each number of a tile, from 0 to 1. Source: FITS standard 4.0, §10.2.1 and appendix I.
+    /// Dither offset of each number of a tile, from 0 to 1. Source: FITS standard 4.0, §10.2.1 and appendix I.
     fn offsets(self, row: usize) -> Option<impl Iterator<Item = f32>> {
         static NUMBERS: OnceLock<Vec<f32>> = OnceLock::new();
         let Self::Subtractive { seed, .. } = self else { return None };

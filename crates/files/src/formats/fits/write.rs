@@ -82,7 +82,7 @@ fn unit_cards(cards: &mut Cards, unit: RadianceUnit, meaning: &str) {
     }
 }
 
-/// What the values of an HDU are: BITPIX.
+/// Number type of an HDU: BITPIX.
 #[derive(Clone, Copy)]
 enum Bits {
     Double = -64,
@@ -243,7 +243,7 @@ fn sized(cards: &mut Cards, image: &Image, bits: Bits) {
 const CUBE: &str = "CUBE";
 const CUBE_ERROR: &str = "CUBE_ERROR";
 
-/// What the values of a cube are in, where they are a part of light in each wavelength, and how many of its wavelengths are a micrometre.
+/// Unit of a cube's values, where they are a part of light in each wavelength, and how many of its wavelengths are a micrometre.
 fn density_of(unit: RadianceUnit) -> Option<(&'static str, f64)> {
     match unit {
         RadianceUnit::Si => Some(("W m-2 sr-1 um-1", 1.0)),

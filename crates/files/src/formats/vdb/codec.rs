@@ -33,7 +33,7 @@ pub struct Coding {
     pub background: f64,
 }
 
-/// What the first byte of a block says of its inactive places.
+/// Inactive-value code in the first byte of a block.
 pub mod inactive {
     pub const BACKGROUND: u8 = 0;
     pub const ONE: u8 = 2;

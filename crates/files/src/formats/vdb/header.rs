@@ -1,4 +1,4 @@
-//! What stands before the values of a grid: the file's head, a grid's name and type, metadata, and its transform.
+//! Header of a grid's values: the file's head, a grid's name and type, metadata, and its transform.
 //!
 //! Source: OpenVDB, io/Archive.cc, io/GridDescriptor.cc, math/Maps.h, math/Transform.cc.
 
@@ -20,7 +20,7 @@ const MOST_METADATA: u32 = 1 << 16;
 const LONGEST_METADATA: usize = 1 << 12;
 /// The end of the type of a grid whose values are stored as half.
 const HALF: &str = "_HalfFloat";
-/// What stands between a grid's name and its number, where several have one name.
+/// Separator of a grid's name and number for duplicate names.
 const NUMBER: char = '\u{1e}';
 
 /// One grid of a file, as far as its head tells.
@@ -51,7 +51,7 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// What it does to voxels beside placing and stretching them along the axes, in words.
+    /// Transform other than translation and axis-aligned scaling, in words.
     pub fn turning(&self) -> &'static str {
         let m = &self.matrix;
         let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>();
@@ -154,7 +154,7 @@ fn metadata(bytes: &mut Bytes) -> Result<Metadata> {
     Ok(known)
 }
 
-/// What stands before the tree of a grid: how it is stored, what it is, and where it is.
+/// Header of a grid's tree: how it is stored, what it is, and where it is.
 pub fn head(bytes: &mut Bytes, grid: &Descriptor) -> Result<(Coding, Metadata, Transform)> {
     let (full, packed) = match (&*grid.tree, grid.is_half) {
         (FLOAT, false) => (4, 4),

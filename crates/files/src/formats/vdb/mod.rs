@@ -35,7 +35,7 @@ pub(super) const READER: Reader = Reader {
 
 /// The class of a grid that holds distances.
 const LEVEL_SET: &str = "level set";
-/// What a component of a step may be, in parts of the step, and still count as none: angles are written in single
+/// Tolerance of a zero component of a step, relative to the step: angles are written in single
 /// precision.
 const NONE: f64 = 1e-6;
 
@@ -89,7 +89,7 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
     Ok(members)
 }
 
-/// What a grid says of itself, its values apart.
+/// Metadata of a grid.
 fn facts_of(bytes: &mut Bytes, grids: &[Descriptor], grid: &Descriptor, limit: u64) -> Result<Vec<(&'static str, String)>> {
     let (own, metadata, transform) = head(bytes, grid)?;
     let coding = coding_of(bytes, grids, grid, own)?;

@@ -61,7 +61,7 @@ fn text(text: &str) -> Vec<u8> {
     [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat()
 }
 
-/// What stands before the places of the one grid of a file.
+/// Header in front of the only grid of a file.
 fn head(file: &GridFile) -> Vec<u8> {
     // The version of the library whose format this is, then that there is a table of grids.
     let numbers = [VERSION, 10, 0].map(u32::to_le_bytes).concat();
@@ -72,7 +72,7 @@ fn head(file: &GridFile) -> Vec<u8> {
     [&MAGIC.to_le_bytes(), &numbers[..], &[1], unique, &none, &one, &text(file.name), &text(FLOAT), &text("")].concat()
 }
 
-/// What stands before the tree: compression, metadata and the transform.
+/// Header of the tree: compression, metadata and the transform.
 fn about(file: &GridFile) -> Vec<u8> {
     let entry = |name: &str, value: &str| [text(name), text("string"), text(value)].concat();
     let mut entries =

@@ -26,7 +26,7 @@ impl Key {
         Self { name, kind, default: None, summary, catalogue: None }
     }
 
-    /// The same key, whose text is a name of a catalogue.
+    /// Copy of the key, whose text is a name of a catalogue.
     pub const fn of(self, catalogue: &'static str) -> Self {
         Self { catalogue: Some(catalogue), ..self }
     }

@@ -44,7 +44,7 @@ pub fn build_kind<T>(noun: &'static str, kinds: &[Kind<T>], section: &Section, i
     build_kind_with(noun, kinds, &[], section, inputs)
 }
 
-/// The same for tables that take `common` keys beside those of their kind.
+/// Variant for tables that take `common` keys beside those of their kind.
 ///
 /// # Errors
 /// Where there is no such row, or its keys are wrong.

@@ -111,7 +111,7 @@ impl Fbm {
         }
     }
 
-    /// The same cloud, if its numbers can be reckoned with.
+    /// Validated cloud.
     ///
     /// # Errors
     /// Where a length is not above zero, or a number lies outside of what scenes may say.

@@ -55,12 +55,12 @@ impl Grid {
         Self::sharing(lattice, data.into())
     }
 
-    /// The same, in memory that others hold as well.
+    /// Variant in shared memory.
     pub(crate) fn sharing(lattice: Lattice, shared: Shared<f32>) -> Self {
         Self { store: Store::Rows(lattice.dims, shared), lattice, factor: 1.0 }
     }
 
-    /// The same, in blocks.
+    /// Variant in blocks.
     pub(crate) fn in_blocks(lattice: Lattice, blocks: Blocks) -> Self {
         Self { lattice, store: Store::Blocks(Arc::new(blocks)), factor: 1.0 }
     }

@@ -55,7 +55,7 @@ impl Lattice {
         [index % nx, index / nx % ny, index / (nx * ny)]
     }
 
-    /// The same box with `factor` times as many voxels along each axis.
+    /// Copy of the box with `factor` times as many voxels along each axis.
     pub fn refined(&self, factor: usize) -> Self {
         Self { dims: self.dims.map(|n| n * factor), bounds: self.bounds }
     }

@@ -9,7 +9,7 @@ use super::operators::Operand;
 /// A value is small to move, whatever the number of places is: exmex moves a row of 32 of them for each evaluation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum SideBySide {
-    /// The same number at all places, or the one of a single place.
+    /// Constant at all positions, or a single value.
     Same(f64),
     /// A number for each place.
     Each(Vec<f64>),

@@ -14,7 +14,7 @@ use crate::geometry::Bounds;
 /// The region outside of which a formula is zero.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Support {
-    /// The same number at every place.
+    /// Constant.
     Number(f64),
     /// Zero outside of a box.
     Within(Bounds),

@@ -109,7 +109,7 @@ impl From<Table> for MeanCosine {
 }
 
 impl MeanCosine {
-    /// The same mean cosine, if every value lies between −0.999 and 0.999.
+    /// Validated mean cosine, between −0.999 and 0.999.
     fn checked(self) -> Result<Self> {
         let far = |g: &&f64| g.is_nan() || g.abs() > MAX_COSINE;
         let wrong = match &self {

@@ -83,7 +83,7 @@ enum Part {
         radius: f32,
         sign: f32,
     },
-    /// The same polygon at several places.
+    /// One polygon at several positions.
     Polygon {
         edges: Vec<Edge>,
         places: Vec<Vec2>,

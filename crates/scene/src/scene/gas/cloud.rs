@@ -82,7 +82,7 @@ impl GasCloud {
         Cloud::bytes(self.lattice.cells(), self.stars.len(), nodes, quantities)
     }
 
-    /// The same on means of blocks of voxels, so that its longest edge has so many at most.
+    /// Variant on means of blocks of voxels, so that its longest edge has so many at most.
     #[must_use]
     pub fn coarser(self, edge: usize) -> Self {
         let [nx, ny, nz] = self.lattice.dims;

@@ -1,4 +1,4 @@
-//! What the attributes of a file say of a dataset: its unit, the names of its axes, and where they lie.
+//! Attributes of a dataset: its unit, the names of its axes, and where they lie.
 //!
 //! Read are the dimension scales of HDF5, which netCDF and xarray write, and the edges of yt's containers and files.
 

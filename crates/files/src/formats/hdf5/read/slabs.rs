@@ -23,13 +23,13 @@ pub struct Slabs<'a> {
 /// How numbers were packed into those that are stored, by the words of netCDF.
 #[derive(Debug, Clone, Default)]
 pub struct Packing {
-    /// What a number was divided by, and what was taken off before; none where it is as it is.
+    /// Scale and offset of a number; `None` if it is unscaled.
     pub scale: Option<(f64, f64)>,
     /// Numbers that stand for none.
     pub blank: Vec<f64>,
     /// The lowest and the highest stored number that is valid.
     pub valid: Option<(f64, f64)>,
-    /// What is added to negative numbers that netCDF's `_Unsigned` declares to be unsigned.
+    /// Offset of negative numbers that netCDF's `_Unsigned` declares to be unsigned.
     pub unsigned: Option<f64>,
 }
 
@@ -76,7 +76,7 @@ impl<'a> Slabs<'a> {
         Self { dataset, axes, block, bytes, packing }
     }
 
-    /// What `gather` wants of it.
+    /// Requirements of `gather`.
     pub fn gathered<T: Kept>(&self, mut gather: Gather<T>, limit: u64) -> Result<Gather<T>, String> {
         let blocks = cut(&gather.ranges, self.block);
         gather.blocks(blocks, (self.bytes, limit), |_| Ok(()), |block, ()| self.read(block))?;
