@@ -12,7 +12,7 @@ fn parse(text: &str) -> Scene {
     barnard_files::parse("path.toml", "path", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
-/// Copy of the scene, in which light may scatter so many times.
+/// Copy of the scene with the given number of bounces.
 fn bouncing(scene: &Scene, bounces: usize) -> Scene {
     let mut scene = scene.clone();
     scene.method.bounces = bounces;

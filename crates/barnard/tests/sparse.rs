@@ -13,7 +13,7 @@ fn scene(scale: f64, method: &str) -> Scene {
     sampled(scale, 90, method)
 }
 
-/// Variant with so many voxels along its edge.
+/// Variant with the given number of voxels per edge.
 fn sampled(scale: f64, voxels: usize, method: &str) -> Scene {
     let lump = |place: &str, size: f64| format!("max(0, 1 - {size} * ({place}))");
     let lumps = format!(

@@ -20,7 +20,7 @@ const LONGEST: u64 = 4 << 20;
 pub struct Change {
     /// The place of the key, such as "star\[0\].temperature" or "star.0.temperature".
     pub key: String,
-    /// Text.
+    /// New value of the key.
     pub value: Value,
 }
 

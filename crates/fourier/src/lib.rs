@@ -14,7 +14,7 @@ pub const BYTES: u64 = 2 * size_of::<Complex32>() as u64;
 /// Σ v e^(∓2πi jk/n), minus `forward`.
 ///
 /// # Panics
-/// Where the array has another length.
+/// If the length of the array is not the product of `dims`.
 pub fn transform(data: &mut Vec<Complex<f64>>, dims: [usize; 3], forward: bool) {
     along_all_axes(data, dims, forward);
 }
@@ -22,7 +22,7 @@ pub fn transform(data: &mut Vec<Complex<f64>>, dims: [usize; 3], forward: bool) 
 /// Variant in single precision.
 ///
 /// # Panics
-/// Where the array has another length.
+/// If the length of the array is not the product of `dims`.
 pub fn transform_singles(data: &mut Vec<Complex32>, dims: [usize; 3], forward: bool) {
     along_all_axes(data, dims, forward);
 }

@@ -167,7 +167,7 @@ impl Photo {
 /// Treatment of diffuse light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Diffuse {
-    /// Production site.
+    /// Absorbed in place.
     OnTheSpot,
     /// Farther from the star, along its rays.
     #[default]

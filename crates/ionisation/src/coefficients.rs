@@ -47,7 +47,7 @@ pub enum Of {
     HeliumTriplets,
     /// To excited singlets.
     HeliumSinglets,
-    /// Number of values.
+    /// Number of coefficients.
     Count,
 }
 
@@ -190,7 +190,7 @@ impl Coefficients {
         }
     }
 
-    /// True if those of a lane are at the densities around so many electrons \[cm⁻³\].
+    /// True if the coefficients of a lane are tabulated at densities around the given one \[cm⁻³\].
     fn is_around(&self, lane: usize, electrons: f64) -> bool {
         let row = self.row[lane];
         (row == 1 || electrons >= DENSITIES[row - 1]) && (row == DENSITIES.len() - 1 || electrons <= DENSITIES[row])

@@ -6,7 +6,7 @@ pub enum IonisationError {
     /// The densities are not as many as the voxels.
     #[error("{found} densities for {} x {} x {} voxels: there is one for each, x fastest", dims[0], dims[1], dims[2])]
     Length {
-        /// Number of values.
+        /// Number of densities.
         found: usize,
         /// Voxels along x, y and z.
         dims: [usize; 3],
@@ -14,9 +14,9 @@ pub enum IonisationError {
     /// A density that no gas has.
     #[error("the density of hydrogen in voxel {voxel:?} is {value} cm-3: densities are finite, not negative, and at most 1e12 cm-3")]
     Density {
-        /// Where.
+        /// Index of the voxel along x, y and z.
         voxel: [usize; 3],
-        /// Description.
+        /// Density of hydrogen \[cm⁻³\].
         value: f32,
     },
     /// A box without a size.
@@ -51,9 +51,9 @@ pub enum IonisationError {
         stars: usize,
         /// Voxels.
         cells: usize,
-        /// Arguments.
+        /// Required memory \[bytes\].
         bytes: u64,
-        /// Resource limits.
+        /// Memory limit \[bytes\].
         limit: u64,
     },
     /// Somebody has had enough.

@@ -22,7 +22,7 @@ const LOOK: u32 = 256;
 
 /// Beams of a star on their way.
 pub struct Follow<'a> {
-    /// Medium in front of them.
+    /// Geometry of the beams, with the cloud that they cross.
     pub rays: Rays<'a>,
     /// The light that they bring.
     pub light: &'a IonisingLight,

@@ -216,7 +216,7 @@ impl<'a> Slabs<'a> {
         }
     }
 
-    /// State of a solved voxel; `tell` hears its ions of hydrogen and what was asked for.
+    /// State of a solved voxel; `tell` receives its hydrogen ions and the requested quantities.
     fn end(&self, slab: &mut Slab, mut tell: impl FnMut(usize, f64)) -> Voxel {
         let whole_cm = slab.end_cm - slab.begin_cm;
         let rest_cm = (slab.end_cm - slab.beam.radius_cm).max(0.0);

@@ -28,7 +28,7 @@ pub struct Trial {
     pub thickness: f64,
     /// Its mean cross section \[cm²\].
     pub area: f64,
-    /// Allowed gas.
+    /// State of the gas.
     pub state: State,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
     pub own: [f64; OWN_NODES],

@@ -22,7 +22,7 @@ impl RayTracer for Processor {
 pub(crate) struct Tracers<'a> {
     task: Task<'a>,
     turns: Option<Box<dyn Turns + 'a>>,
-    /// Tracer.
+    /// Name of the device that traced the light.
     pub by: String,
 }
 

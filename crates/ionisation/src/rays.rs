@@ -24,7 +24,7 @@ pub type Listener<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 /// Rays from a place.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
-    /// Medium in front of them.
+    /// Cloud that the rays cross.
     pub cloud: &'a Cloud<'a>,
     /// Positions of their sources \[pc\].
     pub place: DVec3,

@@ -13,7 +13,7 @@ const UNITS: f64 = (1u64 << 54) as f64;
 pub struct Quantity<'a> {
     /// The most that it can be: what is more counts as that.
     pub most: f64,
-    /// Description.
+    /// Value for a gas and its state.
     pub value: &'a (dyn Fn(&Gas, &State) -> f64 + Sync),
 }
 

@@ -67,9 +67,9 @@ struct Transport<'a> {
     dark: Nodes,
     /// By voxel, ionisations of hydrogen by the light of all other stars \[s⁻¹\].
     others: &'a [f32],
-    /// Next position.
+    /// Sums of the star's light in voxels.
     lit: &'a Lit,
-    /// Fraction that stays.
+    /// Fraction of the star's photons that stays in the cloud.
     kept: Kept,
     /// The star's photons in a steradian \[s⁻¹ sr⁻¹\], and by node in parts of all.
     photons: f64,

@@ -192,7 +192,7 @@ pub fn check_writable(py: Python, path: PathBuf) -> PyResult<()> {
     barnard_files::formats::check_writable(&path).map_err(|error| raised(py, error))
 }
 
-/// Accuracy of back ends without a plan.
+/// Options of back ends without a plan.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Exactness {

@@ -71,7 +71,7 @@ impl<'a> Job<'a> {
         self.scene
     }
 
-    /// Resource limits of the render.
+    /// Options of the render.
     pub fn options(&self) -> &'a Options {
         self.options
     }

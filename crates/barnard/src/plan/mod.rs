@@ -191,13 +191,13 @@ impl Plan {
         Self { stepping, ..self }
     }
 
-    /// Copy of the plan with an image of so many pixels, from the same place.
+    /// Copy of the plan with another image size and the same camera position.
     #[must_use]
     pub fn with_size(self, width: usize, height: usize) -> Self {
         Self { camera: self.camera.size(width, height), ..self }
     }
 
-    /// Copy of the plan with so many rays along each side of a pixel.
+    /// Copy of the plan with `rays` × `rays` rays per pixel.
     #[must_use]
     pub fn with_supersampling(self, rays: usize) -> Self {
         Self { camera: self.camera.supersampling(rays), ..self }

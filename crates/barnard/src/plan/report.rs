@@ -90,7 +90,7 @@ impl Plan {
         certificates.into_iter().enumerate().filter(shining).map(rounded).collect()
     }
 
-    /// True if the pilot rays, or the stars that were asked, found a larger error than was asked for.
+    /// True if pilot rays or sampled stars found a larger error than requested.
     pub fn misses_accuracy(&self) -> bool {
         let worst = |s: Spatial| s.unresolved.map_or(s.error, |stars| stars.error.max(s.error));
         self.space.spatial.is_some_and(|s| worst(s) > self.spectral.accuracy)

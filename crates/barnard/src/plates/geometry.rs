@@ -11,7 +11,7 @@ use crate::scene::Scene;
 /// Numbers that tell one thing of a scene, and what that is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trait {
-    /// Values.
+    /// Name of the quantity.
     pub name: String,
     /// The numbers, in units of their own.
     pub values: Vec<f64>,

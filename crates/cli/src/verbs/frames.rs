@@ -121,7 +121,7 @@ pub struct Shoot<'a> {
 }
 
 impl FrameArgs {
-    /// True if frames are asked for.
+    /// True if frames are requested.
     pub fn is_asked(&self) -> bool {
         self.frames.is_some()
     }

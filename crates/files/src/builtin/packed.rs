@@ -19,7 +19,7 @@ use crate::formats::{Written, put};
 /// The volumes of a packed archive as an uncompressed `.npz` of 16-bit floats.
 ///
 /// # Errors
-/// Where the archive is damaged.
+/// If the archive is damaged.
 pub(super) fn unpacked(packed: &[u8]) -> std::io::Result<Vec<u8>> {
     let mut archive = ZipArchive::new(Cursor::new(packed))?;
     let mut whole = ZipWriter::new(Cursor::new(Vec::new()));

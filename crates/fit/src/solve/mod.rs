@@ -273,7 +273,7 @@ impl Fitting<'_> {
         Ok(self.predict(values)?.mean)
     }
 
-    /// Unit of a parameter.
+    /// Scale of a parameter.
     fn scale(&self, i: usize, value: f64) -> f64 {
         let (low, high) = self.parameters[i].bounds;
         if value != 0.0 {
@@ -384,7 +384,7 @@ impl Fitting<'_> {
         }
     }
 
-    /// Copy of the values, which the model can be asked for: linear parameters above a bound of zero.
+    /// Copy of the values in the domain of the model: linear parameters above a bound of zero.
     fn shown(&self, values: &[f64]) -> Vec<f64> {
         let own = |(i, value): (usize, &f64)| {
             if self.linear[i] && self.parameters[i].bounds.0 == 0.0 { value.max(LEAST * self.reference[i].abs()) } else { *value }

@@ -27,7 +27,7 @@ type Kept<T> = Arc<Mutex<VecDeque<(String, Arc<T>)>>>;
 /// Inputs of a scene and a cache of what was read; clones share it.
 #[derive(Debug, Clone)]
 pub struct Loader {
-    /// Named objects of the scene.
+    /// Access to the files that the scene names.
     pub inputs: Inputs,
     fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
     /// Of fields that were made, whether they are grids.
@@ -42,7 +42,7 @@ pub struct Loader {
     pub(super) tracer: Option<Arc<dyn RayTracer>>,
     /// The moment at which a scene is read that changes \[s\].
     pub(super) moment: f64,
-    /// Reasons to stop reading.
+    /// Progress and cancellation of a reading.
     pub(crate) control: Control,
 }
 

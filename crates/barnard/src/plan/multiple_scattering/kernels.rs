@@ -18,7 +18,7 @@ const EXPONENT: f64 = 2.0 / 7.0;
 /// Halvings of what is between the smallest and the largest.
 const HALVINGS: usize = 40;
 
-/// Kernel sizes: R in cells, one number a star in parts of a common scale.
+/// Kernel sizes: R in cells, one number per star relative to a common scale.
 struct Sizes {
     parts: Vec<f64>,
     /// Edge of a cell \[pc\].

@@ -29,7 +29,7 @@ impl NeumannSeries {
         (all[t] > 0.0 && before[t] > 0.0).then(|| (own[t] / before[t], own[t] / all[t]))
     }
 
-    /// True if the geometric series that goes on from here is known well enough.
+    /// True if the remaining geometric series is accurate enough.
     pub fn is_known(&self) -> bool {
         let known = |t: usize| {
             // An order of nothing is the last.

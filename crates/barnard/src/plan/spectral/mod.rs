@@ -26,7 +26,7 @@ pub struct SpectralPlan {
     pub method: &'static str,
     /// The accuracy it was asked for \[1\].
     pub accuracy: f64,
-    /// Error of its rules alone \[1\].
+    /// Accuracy of its rules alone \[1\].
     pub rule_accuracy: f64,
     /// The plan of each passband.
     pub bands: Vec<BandPlan>,

@@ -37,7 +37,7 @@ enum Packing {
     Rice { pixels: usize, bytes: usize },
 }
 
-/// Offset of numbers before quantisation.
+/// Dithering of numbers before quantisation.
 #[derive(Clone, Copy, PartialEq)]
 enum Dither {
     None,

@@ -119,7 +119,7 @@ impl Filling {
         }
     }
 
-    /// Received replies.
+    /// The finished blocks.
     ///
     /// # Errors
     /// Where it took more memory than it may, or all values are less than single precision holds.

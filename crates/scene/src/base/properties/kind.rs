@@ -30,7 +30,7 @@ pub struct KindRow {
 }
 
 impl<T> Kind<T> {
-    /// Description.
+    /// Catalogue row of this kind.
     pub fn row(&self) -> KindRow {
         KindRow { name: self.name, summary: self.summary, keys: self.keys }
     }

@@ -24,7 +24,7 @@ pub struct Placement {
     axes: [usize; 3],
     /// True if x, y and z run against its indices.
     backwards: [bool; 3],
-    /// Input.
+    /// Part of the array that is read.
     pub part: Part,
     /// The voxels of the scene.
     pub lattice: Lattice,

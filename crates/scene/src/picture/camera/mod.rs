@@ -219,7 +219,7 @@ impl Camera {
         Ok(Self { projection, width, height, offset, part, ..self })
     }
 
-    /// Copy of the camera with so many rays along each side of a pixel.
+    /// Copy of the camera with `rays` × `rays` rays per pixel.
     #[must_use]
     pub fn supersampling(self, rays: usize) -> Self {
         Self { supersampling: rays, ..self }

@@ -6,7 +6,7 @@ use crate::observation::{Observation, SkyFrame};
 /// World coordinates as FITS has them (Calabretta & Greisen 2002, A&A 395, 1077).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyCoordinates {
-    /// Unit.
+    /// Reference frame of the coordinates.
     pub frame: SkyFrame,
     /// The projection, TAN, ARC or CAR.
     pub projection: &'static str,

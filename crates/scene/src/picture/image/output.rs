@@ -102,7 +102,7 @@ impl Compression {
 /// Encoding options of picture files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Output {
-    /// Background of the picture.
+    /// Layers stored with the picture.
     pub layers: LayerChoice,
     /// Content of layers of light.
     pub channels: LayerChannels,

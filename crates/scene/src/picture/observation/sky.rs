@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::error::{Error, Result};
 
-/// Unit of sky coordinates.
+/// Reference frame of sky coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SkyFrame {
     /// Right ascension and declination, ICRS.
@@ -47,7 +47,7 @@ impl SkyFrame {
 /// A place on the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SkyPlace {
-    /// Unit of its coordinates.
+    /// Reference frame of its coordinates.
     pub frame: SkyFrame,
     /// Right ascension, or Galactic longitude \[deg\].
     pub longitude_deg: f64,
@@ -55,7 +55,7 @@ pub struct SkyPlace {
     pub latitude_deg: f64,
 }
 
-/// Remedy.
+/// Accepted forms of a position on the sky, for messages.
 const EXAMPLE: &str = "two angles such as \"18h18m48s -13d49m00s\", \"18:18:48 -13:49:00\" or \"274.7 deg -13.8167 deg\"";
 
 impl SkyPlace {

@@ -12,7 +12,7 @@ use crate::plan::{Plan, Weights};
 pub struct CommonTerms {
     /// The nodes.
     pub nodes: NodeTerms,
-    /// Offsets of the sums of each light; those of lights that are not marched are never asked for.
+    /// Offsets of the sums of each light; unused for lights that are not marched.
     starts: Vec<usize>,
     /// The lights that are marched: those that stars send, then those of gas.
     lights: usize,
