@@ -80,10 +80,10 @@ TYPES = {
     "position": "Position",
 }
 
-HEAD = '''"""The tables of a scene: their keywords are the keys of scene files.
+HEAD = '''"""Tables of a scene. Keywords are the keys of scene files.
 
 This file is made of the rows that the parser of scene files reads: `python python/write_tables.py` writes it.
-A quantity is a value of astropy or unyt, or a text with its unit such as "39000 K"; what is None is not said.
+Quantities are values of astropy or unyt, or texts with units such as "39000 K". None means unset.
 """
 
 from __future__ import annotations
@@ -176,12 +176,12 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
     if keys:
         lines += parameters(row, keys, of_kinds, "    ")
     if sampled:
-        lines += ["    copy : boolean, default true", "        Whether an array is copied. A shared one becomes read-only, and older views of it must not be written to."]
-        lines += ["", "    `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,"]
-        lines += ["    order and stride; with a unit of astropy or unyt it is a number density."]
-        lines += ["    Of a labelled array of xarray, dimensions, even coordinates with a unit, and the unit of values are followed."]
-        lines += ["    A Dask array lies in bricks, its chunks: `render_bricks` renders it without gathering them."]
-    lines += ["", "    Raises", "    ------", "    SceneError", "        Where a key or a unit is wrong; values out of their range are told when a scene is read.", '    """', ""]
+        lines += ["    copy : boolean, default true", "        Copy arrays. Shared arrays become read-only; do not write to older views."]
+        lines += ["", "    `file` may be an array in memory with axes x, y, z (or `axes`), of any float or integer type,"]
+        lines += ["    order and stride; units of astropy or unyt are converted."]
+        lines += ["    Dimensions, uniform coordinates and units of xarray arrays are used."]
+        lines += ["    Chunks of a Dask array are bricks for `render_bricks`."]
+    lines += ["", "    Raises", "    ------", "    SceneError", "        If a key or a unit is invalid; ranges are checked when a scene is read.", '    """', ""]
     lines.append(f'    _path = "{row.path}"')
     if kind:
         lines.append(f'    _kind = "{kind.name}"')

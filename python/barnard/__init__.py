@@ -4,9 +4,9 @@
 >>> image = bn.Scene.builtin("barres_neyret").render()
 >>> image.write("nebula.png")
 
-`Scene` is what is in front of the telescope and the telescope; `Scene.render` makes an `Image`, band radiances in
-W m-2 sr-1 with a stated error. Keywords are the keys of scene files. Quantities are values of astropy or unyt, or texts
-with their unit; fields are arrays of NumPy or formulas.
+`Scene` describes a nebula and its camera; `Scene.render` returns an `Image`, band radiances in W m-2 sr-1 with stated
+errors. Keywords are the keys of scene files. Quantities are values of astropy or unyt, or texts with units; fields are
+NumPy arrays or formulas.
 """
 
 from __future__ import annotations
@@ -56,31 +56,31 @@ __all__ = [
 
 
 def catalogues() -> dict[str, str]:
-    """Names of all catalogues, each with what it holds."""
+    """Names and summaries of all catalogues."""
     return dict(_barnard.catalogues())
 
 
 def catalogue(name: str) -> dict[str, str]:
-    """The entries of a catalogue, such as "laws" or "passbands": name to what it is.
+    """Entries of a catalogue, such as "laws" or "passbands": names and summaries.
 
     Raises
     ------
     SceneError
-        Where there is no such catalogue.
+        If the catalogue is unknown.
     """
     return dict(_barnard.catalogue(name))
 
 
 def set_threads(count: int) -> None:
-    """Lets all work from now on take so many threads; 0 for one a core. The results are the same, bit by bit.
+    """Sets the number of threads of all later work; 0 for one per core. Results do not depend on it.
 
     Raises
     ------
     ValueError
-        Where the number is none.
+        If the number is out of range.
     """
     if not isinstance(count, int) or not 0 <= count <= 4096:
-        raise ValueError(f"{count!r} is no number of threads; give a whole number from 0 (one per core) to 4096")
+        raise ValueError(f"{count!r} threads are out of range; give a whole number from 0 (one per core) to 4096")
     _barnard.set_threads(count)
 
 

@@ -32,21 +32,21 @@ def taken(values: Any, key: str, copy: bool, clip: bool = False) -> tuple[np.nda
             values = values.filled(0)
         elif np.ma.is_masked(values):
             count = int(np.ma.count_masked(values))
-            raise scene_error(key, f"{count} values are masked; give clip=True to make them zero, or values.filled(0)")
+            raise scene_error(key, f"{count} values are masked; set them to zero with clip=True, or values.filled(0)")
         else:
             values = values.data
     elif hasattr(values, "unmasked") and hasattr(values, "mask"):
         # Masked arrays and quantities of astropy.
         if np.any(values.mask) and not clip:
-            raise scene_error(key, f"{int(np.sum(values.mask))} values are masked; give clip=True to make them zero, or .filled(0)")
+            raise scene_error(key, f"{int(np.sum(values.mask))} values are masked; set them to zero with clip=True, or .filled(0)")
         values = values.filled(0) if np.any(values.mask) else values.unmasked
     unit = _unit(values, key)
     array = np.asarray(values)
     if array.dtype.kind not in "fiu":
-        wanted = "a density is real; give its real part" if array.dtype.kind == "c" else "give an array of float32 or float64"
+        wanted = "give its real part" if array.dtype.kind == "c" else "give an array of float32 or float64"
         raise scene_error(key, f"the array's values are of type {array.dtype}; {wanted}")
     if array.ndim != 3:
-        raise scene_error(key, f"the array has {array.ndim} axes, its shape is {array.shape}; a field has three, x, y and z")
+        raise scene_error(key, f"the array has {array.ndim} axes, its shape is {array.shape}; a field must have three, x, y and z")
     if array.size == 0:
         raise scene_error(key, f"the array is empty, its shape is {array.shape}")
     small = array.dtype.itemsize <= (4 if array.dtype.kind == "f" else 2)
@@ -78,10 +78,10 @@ def _unit(values: Any, key: str) -> str | None:
         for name, size in zip(names, sizes):
             if abs(size - 1.0) < 1e-12:
                 return name
-        raise scene_error(key, f"the values are in {unit}; turn them into {spelled(names[0])} first, by .to('{spelled(names[0])}')")
+        raise scene_error(key, f"the values are in {unit}; convert them first with .to('{spelled(names[0])}')")
     raise scene_error(
         key,
-        f"the values are in {unit}, which is no {NO_DENSITY}; give plain numbers, and choose the scale of dust or gas for them",
+        f"the values are in {unit}, which is not a {NO_DENSITY}; give plain numbers, and choose the scale of dust or gas accordingly",
     )
 
 

@@ -16,7 +16,7 @@ _numbers = itertools.count(1)
 
 
 class Field(Table):
-    """A scalar field of a scene; expressions call it by its name in `Scene.fields`."""
+    """A scalar field of a scene, used in expressions by its name in `Scene.fields`."""
 
     _path = "field.*"
 
@@ -46,7 +46,7 @@ class Sampled(Field):
             return super()._spoken(key, kind, value)
         if hasattr(value, "chunks") and hasattr(value, "dask"):
             if value.ndim != 3 or value.dtype.kind not in "fiu" or not all(n > 0 for n in value.shape):
-                raise scene_error("grid", f"the Dask array has shape {value.shape} and type {value.dtype}; a field has three axes of real numbers, of known lengths")
+                raise scene_error("grid", f"the Dask array has shape {value.shape} and type {value.dtype}; a field must have three axes of known lengths and real numbers")
             object.__setattr__(self, "_bricks", value)
             return f"bricks-{next(_numbers)}"
         if is_labelled(value):

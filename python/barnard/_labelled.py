@@ -30,7 +30,7 @@ def unfolded(values: Any, key: str) -> tuple[Any, dict[str, str]]:
     names = {str(name).lower(): name for name in values.dims}
     if set(names) != set(AXES):
         dims = ", ".join(map(str, values.dims))
-        raise scene_error(key, f"the array's dimensions are {dims}; rename them to x, y and z, or give .values and axes=")
+        raise scene_error(key, f"the array's dimensions are {dims}; rename them to x, y and z, or use .values and axes=")
     values = values.transpose(*(names[axis] for axis in AXES))
     stated: dict[str, str] = {}
     edges = {axis: _edges(values, names[axis], key) for axis in AXES if names[axis] in values.coords}
@@ -57,7 +57,7 @@ def _edges(values: Any, name: Any, key: str) -> tuple[float, float, str]:
         return 0.0, 1.0, ""
     step = (places[-1] - places[0]) / (places.size - 1)
     if step == 0 or not np.isfinite(places).all() or np.abs(np.diff(places) - step).max() > EVEN * abs(step):
-        raise scene_error(key, f"the coordinates of {name} have uneven steps; interpolate the array to even ones first")
+        raise scene_error(key, f"the coordinates of {name} are not uniform; interpolate the array to uniform coordinates first")
     return places[0] - 0.5 * step, places[-1] + 0.5 * step, unit
 
 
@@ -68,7 +68,7 @@ def _plain(unit: str) -> str:
 def _length(unit: str, key: str) -> str:
     known = [name for name, _ in QUANTITIES["length"][0]]
     if unit not in known:
-        raise scene_error(key, f'the coordinates are in "{unit}", which is no known length ({", ".join(known)})')
+        raise scene_error(key, f'the coordinates are in "{unit}", an unknown unit of length ({", ".join(known)})')
     return unit
 
 
@@ -77,4 +77,4 @@ def _density(unit: str, key: str) -> str:
     for name in known:
         if _plain(name) == _plain(unit):
             return name
-    raise scene_error(key, f'the array is in "{unit}", which is no {NO_DENSITY} ({", ".join(known)})')
+    raise scene_error(key, f'the array is in "{unit}", which is not a {NO_DENSITY} ({", ".join(known)})')

@@ -178,4 +178,4 @@ def table_of(cls: type[Table], value: Any, key: str) -> Table:
         return value
     if isinstance(value, dict):
         return cls.of(value)
-    raise scene_error(key, f"{value!r} is no {cls.__name__} and no dictionary of its keys")
+    raise scene_error(key, f"{value!r} is neither a {cls.__name__} nor a dictionary of its keys")

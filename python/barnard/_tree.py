@@ -52,7 +52,7 @@ def take(scene: Scene, tree: dict[str, Any]) -> None:
         elif key in parts:
             own = LISTS[parts[key]][1]
             if not isinstance(value, list):
-                raise scene_error(key, f"{value!r} is no list of tables; write [[{key}]]")
+                raise scene_error(key, f"{value!r} is not a list of tables; write [[{key}]]")
             setattr(scene, parts[key], [table_of(own, table, f"{key}[{i}]") for i, table in enumerate(value)])
         elif key in TEXTS or key in TABLES:
             setattr(scene, key, value)
@@ -104,7 +104,7 @@ def place_of(scene: Scene, place: str) -> tuple[Any, str]:
     elif owner is scene:
         known = PARTS
     else:
-        raise scene_error(place, "the place is no key of a table, such as star[0].temperature")
+        raise scene_error(place, "the path is not a key of a table, such as star[0].temperature")
     if key not in known:
         raise unknown_key(place.rpartition(".")[0], key, known)
     return owner, key
@@ -122,10 +122,10 @@ def field_of(value: Any, key: str) -> Field:
         if kind not in kinds:
             raise scene_error(f"{key}.kind", f"unknown kind {kind!r}; known: {', '.join(kinds)}")
         return kinds[kind].of(keys)
-    raise scene_error(key, "the value is no field; an array needs its box: Grid(array, low=[-1, -1, -1] * u.pc, high=[1, 1, 1] * u.pc)")
+    raise scene_error(key, "the value is not a field; an array requires a box: Grid(array, low=[-1, -1, -1] * u.pc, high=[1, 1, 1] * u.pc)")
 
 
 def _tables_by_name(value: Any, key: str) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise scene_error(key, f"{value!r} is no table; write [{key}.NAME]")
+        raise scene_error(key, f"{value!r} is not a table; write [{key}.NAME]")
     return value

@@ -59,7 +59,7 @@ def in_unit(value: Any, quantities: list[str], key: str) -> tuple[Any, str]:
             except Exception:  # Each library has its own.
                 continue
     known = ", ".join(unit for quantity in quantities for unit, _ in QUANTITIES[quantity][0])
-    raise scene_error(key, f"{value} is no {' and no '.join(quantities)}; units that are known: {known}")
+    raise scene_error(key, f"{value} is not a {' or '.join(quantities)}; known units: {known}")
 
 
 def _quantity(value: Any, kind: str, key: str) -> str:
@@ -70,9 +70,9 @@ def _quantity(value: Any, kind: str, key: str) -> str:
     if has_unit(value):
         numbers, unit = in_unit(value, quantities, key)
         if numbers.size != 1:
-            raise scene_error(key, f"{value} is {numbers.size} numbers, a {kind} is one")
+            raise scene_error(key, f"{value} has {numbers.size} numbers; a {kind} must be one")
         return f"{number(numbers.reshape(())[()])} {unit}"
-    raise scene_error(key, f'{value!r} is a {kind} without its unit; write it like "{example}", or multiply it by a unit of astropy or unyt')
+    raise scene_error(key, f'{value!r} is a {kind} without a unit; write it like "{example}", or multiply it by a unit of astropy or unyt')
 
 
 def _position(value: Any, key: str) -> str:
@@ -83,9 +83,9 @@ def _position(value: Any, key: str) -> str:
         try:
             items = list(value)
         except TypeError:
-            raise scene_error(key, f"{value!r} is no place; {wanted}") from None
+            raise scene_error(key, f"{value!r} is not a position; {wanted}") from None
         if len(items) != 3 or not all(has_unit(item) for item in items):
-            raise scene_error(key, f"{value!r} is a place without its unit; {wanted}")
+            raise scene_error(key, f"{value!r} is a position without a unit; {wanted}")
         lengths = [in_unit(item, ["length"], key) for item in items]
         # The first unit that serves is the same for all lengths.
         return f"{' '.join(number(length) for length, _ in lengths)} {lengths[0][1]}"
@@ -115,7 +115,7 @@ def _list(value: Any, key: str) -> list:
     try:
         return list(value)
     except TypeError:
-        raise scene_error(key, f"{value!r} is no list") from None
+        raise scene_error(key, f"{value!r} is not a list") from None
 
 
 def _plain(value: Any, key: str) -> Any:
@@ -134,7 +134,7 @@ def _plain(value: Any, key: str) -> Any:
         try:
             return _plain(np.asarray(value.to_value("")), key)
         except Exception:
-            raise scene_error(key, f"{value} has a unit, and this key takes plain values") from None
+            raise scene_error(key, f"{value} has a unit, but this key requires a plain value") from None
     if isinstance(value, np.ndarray):
         return _plain(value.tolist(), key)
     if isinstance(value, (list, tuple)):
@@ -143,7 +143,7 @@ def _plain(value: Any, key: str) -> Any:
         return {str(name): _plain(item, f"{key}.{name}") for name, item in value.items()}
     if hasattr(value, "tree"):
         return value
-    raise scene_error(key, f"{value!r} is no value of a scene")
+    raise scene_error(key, f"{value!r} is not a valid value of a scene")
 
 
 def said(value: Any, kind: str, key: str) -> Any:
@@ -161,7 +161,7 @@ def said(value: Any, kind: str, key: str) -> Any:
     if kind == "[width, height]" and isinstance(value, (int, np.integer)):
         return [int(value), int(value)]
     if kind in ("path", "text") and not isinstance(value, (str, os.PathLike)):
-        raise scene_error(key, f"{value!r} is no text")
+        raise scene_error(key, f"{value!r} is not a text")
     if kind == "number" and isinstance(value, np.ndarray) and value.shape == ():
         value = value[()]
     if kind == "list of times":

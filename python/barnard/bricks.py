@@ -1,8 +1,8 @@
-"""Volumes that no machine holds: pictures of Dask arrays, brick by brick.
+"""Volumes larger than memory: pictures of Dask arrays, brick by brick.
 
-Extinction is k(λ) σ(x), so all that a brick does to a ray is to add one optical depth, and one light for each term; of two
-bricks one stands before the other, and together they do the same kind of thing. Star depths go outward from brick to
-brick. Rules and steps are chosen on a coarse volume. Any number of bricks makes the picture of one.
+Extinction is k(λ) σ(x), so a brick adds one optical depth and one light per term to a ray, and bricks are composited in
+order. Star depths are computed outwards from brick to brick. Rules and steps are chosen on a coarse volume. The picture
+does not depend on the number of bricks.
 """
 
 from __future__ import annotations
@@ -42,28 +42,27 @@ def render_bricks(
     timeout: float = 60.0,
     progress: bool | Callable[[int, int], None] = True,
 ) -> Image:
-    """Renders a scene whose fields are Dask arrays, without any machine holding them as a whole.
+    """Renders a scene whose fields are Dask arrays, without gathering them.
 
-    Each chunk is a brick. The workers keep four bytes a voxel for dust, for each star and for each glowing species, in memory
-    or on their disks as Dask sees fit. The picture is that of the fast back end, whatever the bricks are: the spectral rules
-    and the steps a voxel are chosen, and the spatial error is measured, on a volume of no more than `coarse` voxels along an
-    edge, each the mean of those in it.
+    Each chunk is a brick. Workers store four bytes per voxel for dust, for each star and for each emitting species, in memory
+    or on disk as Dask decides. The picture is that of back end "cpu". Spectral rules and steps are chosen, and the spatial
+    error is measured, on a volume of means with at most `coarse` voxels per edge.
 
     Parameters
     ----------
     scene : Scene
-        With one field or more that is `Grid(dask_array, low=..., high=...)`. Light scatters once (`bounces=1`), and every
-        star has depths of its own (see `exact_stars`).
+        With at least one field `Grid(dask_array, low=..., high=...)`, single scattering (`bounces=1`) and individual depths
+        of all stars (`exact_stars`).
     client : dask.distributed.Client, optional
-        The current one where none is given.
+        Default: the current client.
     camera : Camera, optional
-        Another camera than the scene's own.
+        Camera instead of the scene's.
     coarse : int, default 128
-        Most voxels along an edge of the volume on which rules and steps are chosen.
+        Largest number of voxels per edge of the coarse volume.
     timeout : number, default 60
-        How long to wait for the first worker [s].
+        Time to wait for the first worker [s].
     progress : bool or callable (done, all), default True
-        Of the bricks whose densities, star depths and light are there.
+        Progress over bricks.
 
     Returns
     -------
@@ -72,16 +71,16 @@ def render_bricks(
     Raises
     ------
     SceneError
-        Where no field lies in bricks, boxes or numbers of voxels of several differ, or bricks cannot do what the scene asks
-        for; where values are no densities, with their place in the brick.
+        If no field is bricked, bricked fields have different boxes or voxels, the scene uses an unsupported feature, or
+        values are not densities.
     BarnardError
-        Where Dask is not installed, or there is no client or worker.
+        If Dask is not installed, or there is no client or worker.
     """
     client = _client(client, timeout)
     if not 8 <= coarse <= 1024:
-        raise scene_error("coarse", f"{coarse} lies outside of 8 to 1024")
+        raise scene_error("coarse", f"{coarse} is out of range; give a number from 8 to 1024")
     if scene.gas is not None:
-        raise scene_error("gas", "stars ionise a gas that lies in memory; give what they make of it as emission")
+        raise scene_error("gas", "bricks do not support [gas]; give the emission instead")
     fields = _fields(scene)
     first = next(iter(fields.values()))
     box = _box(scene, next(iter(fields)))
@@ -106,7 +105,7 @@ def _client(client: Any, timeout: float) -> Any:
         try:
             client = distributed.get_client()
         except ValueError:
-            raise _barnard.BarnardError("there is no client; make one, such as distributed.Client(), and give it") from None
+            raise _barnard.BarnardError("no Dask client; create one, such as distributed.Client()") from None
     _wait_for_workers(client, timeout)
     return client
 
@@ -123,23 +122,23 @@ def _fields(scene: Scene) -> dict[str, Any]:
             continue
         for key in field.tree():
             if key not in (*KEYS, "kind"):
-                raise scene_error(f"field.{name}.{key}", f"{key} is for arrays that are read as a whole; bricks know {', '.join(KEYS[1:])}")
+                raise scene_error(f"field.{name}.{key}", f"bricks do not support {key}; supported: {', '.join(KEYS[1:])}")
         if field.low is None or field.high is None:
-            raise scene_error(f"field.{name}.low", "a field in bricks needs its box: give low and high")
+            raise scene_error(f"field.{name}.low", "a bricked field requires a box; give low and high")
         axes = field.axes or "xyz"
         if sorted(axes) != ["x", "y", "z"]:
-            raise scene_error(f"field.{name}.axes", f"{axes!r} does not name x, y and z, each once")
+            raise scene_error(f"field.{name}.axes", f"{axes!r} must contain x, y and z once each")
         arrays[name] = bricks.transpose([axes.index(axis) for axis in "xyz"])
     if not arrays:
-        raise scene_error("fields", "no field lies in bricks: give one a Dask array, as in Grid(array, low=..., high=...); Scene.render does others")
+        raise scene_error("fields", "no field is bricked; give a Dask array, as in Grid(array, low=..., high=...), or use Scene.render")
     name, first = next(iter(arrays.items()))
     # A chunk without voxels is no brick.
     chunks = tuple(tuple(chunk for chunk in axis if chunk > 0) for axis in first.chunks)
     for other, array in arrays.items():
         if array.shape != first.shape:
-            raise scene_error(f"field.{other}", f"it has {array.shape} voxels, field {name} {first.shape}; all fields in bricks must have the same")
+            raise scene_error(f"field.{other}", f"it has {array.shape} voxels, field {name} {first.shape}; all bricked fields must have the same")
         if _box(scene, other) != _box(scene, name):
-            raise scene_error(f"field.{other}", f"its box is another than that of field {name}; all fields in bricks must have the same")
+            raise scene_error(f"field.{other}", f"its box differs from that of field {name}; all bricked fields must have the same")
         arrays[other] = array.rechunk(chunks)
     return arrays
 
@@ -166,7 +165,7 @@ def _check_densities(scene: Scene, fields: dict[str, Any], box: Box) -> None:
         low, high = _bounds(scene, {**scene.fields, **own}, density)
         if (np.array(low) < np.array(box[0]) - margin).any() or (np.array(high) > np.array(box[1]) + margin).any():
             words = " ".join(f"{x:g}" for x in low), " ".join(f"{x:g}" for x in high)
-            raise scene_error(place, f"it reaches from {words[0]} to {words[1]} pc, out of the box of the bricks; make that larger, or cut the other fields")
+            raise scene_error(place, f"it extends from {words[0]} to {words[1]} pc, beyond the box of the bricks; enlarge the box, or crop the other fields")
 
 
 # The work that is given to the client.

@@ -1,6 +1,6 @@
-"""Many pictures on many machines: Dask spreads them, files are what is left.
+"""Many pictures on many machines with Dask.
 
-A worker is best one process a machine with one thread of Dask's (`nthreads=1`): Barnard's own threads fill the cores.
+Use one worker process per machine with one Dask thread (`nthreads=1`): Barnard's own threads fill the cores.
 """
 
 from __future__ import annotations
@@ -75,27 +75,27 @@ def laid_down(array: np.ndarray) -> str | None:
 
 
 def tiles(camera: Camera | dict[str, Any], edge: int = 1024) -> dict[tuple[int, int], Camera]:
-    """Cameras of the parts of a large image, each at most edge × edge pixels, by the row and column where they begin.
+    """Cameras of the tiles of a large image, of at most edge × edge pixels, by their first row and column.
 
-    Rendered by one plan, as `bn.map(plan.render, bn.tiles(plan.camera), client)` does, they meet without seams.
+    Rendered with one plan, as in `bn.map(plan.render, bn.tiles(plan.camera), client)`, tiles have no seams.
 
     Parameters
     ----------
     camera : Camera
-        That of the whole image.
+        Camera of the whole image.
     edge : int, default 1024
-        Most pixels along a side of a tile.
+        Largest edge of a tile in pixels.
 
     Raises
     ------
     SceneError
-        Where the camera is itself one of a part, or the edge is no number of pixels.
+        If the camera is cropped, or the edge is out of range.
     """
     tree = table_of(Camera, camera, "camera").tree()
     if "crop" in tree:
-        raise scene_error("camera.crop", "the camera is that of a part of an image; give that of the whole")
+        raise scene_error("camera.crop", "the camera is already cropped; give the camera of the whole image")
     if not edge >= 1:
-        raise scene_error("edge", f"{edge} is no number of pixels; give 1 or more")
+        raise scene_error("edge", f"{edge} is out of range; give 1 pixel or more")
     width, height = tree.get("size", (512, 512))
     parts = ((row, column) for row in range(0, height, int(edge)) for column in range(0, width, int(edge)))
     crop = lambda row, column: [column, row, min(edge, width - column), min(edge, height - row)]  # noqa: E731
@@ -143,12 +143,11 @@ def map(
     timeout: float = 60.0,
     progress: bool | Callable[[int, int], None] = True,
 ) -> list[Result]:
-    """Renders a picture for each item on the workers of a Dask client; results land as files.
+    """Renders a picture per item on the workers of a Dask client and writes files.
 
-    Scenes that `render` and the items hold are sent as text; their arrays are laid down once beside the files, in a
-    folder `.barnard`, and mapped into memory by all workers of a machine. Pictures whose files are there are skipped, so
-    a job that was ended goes on when it is started again. A failure does not end the others; a worker that dies is
-    replaced by Dask, and its picture rendered again.
+    Scenes are sent as text; their arrays are stored once next to the files, in a folder `.barnard`, and memory-mapped.
+    Existing pictures are skipped, so an interrupted job resumes. A failure does not stop other items; Dask replaces
+    a worker that dies, and repeats its picture.
 
     Parameters
     ----------
@@ -165,7 +164,7 @@ def map(
     threads : int, optional
         Threads of a worker; as many as its machine has cores for each of its workers where it is not said.
     timeout : number, default 60
-        How long to wait for the first worker [s].
+        Time to wait for the first worker [s].
     progress : bool or callable (done, all), default True
 
     Returns
@@ -185,7 +184,7 @@ def map(
     keyed = dict(items) if isinstance(items, Mapping) else dict(enumerate(items))
     paths = {key: Path(files.format(*key) if isinstance(key, tuple) else files.format(key)).resolve() for key in keyed}
     if len(set(paths.values())) != len(paths):
-        raise _barnard.BarnardError(f'several items have the same file; let `files` say the key, as in "frame_{{:05}}.fits", not "{files}"')
+        raise _barnard.BarnardError(f'several items have the same file; use the key in `files`, as in "frame_{{:05}}.fits", not "{files}"')
     _wait_for_workers(client, timeout)
     if threads is None:
         threads = _threads(client)
@@ -226,7 +225,7 @@ def _wait_for_workers(client: Any, timeout: float) -> None:
     try:
         client.wait_for_workers(1, timeout=timeout)
     except TimeoutError:
-        raise _barnard.BarnardError(f"the client has no workers, and none came in {timeout:g} s; start some, or raise `timeout`") from None
+        raise _barnard.BarnardError(f"the client has no workers after {timeout:g} s; start some, or increase `timeout`") from None
 
 
 def _threads(client: Any) -> int:

@@ -23,7 +23,7 @@ try:
     import anywidget
     import traitlets
 except ImportError:
-    raise _barnard.BarnardError("a live view needs anywidget; pip install barnard[notebook]") from None
+    raise _barnard.BarnardError("a live view requires anywidget; pip install barnard[notebook]") from None
 
 _HERE = Path(__file__).parent
 #: Pixels of a first look along the longer side.
@@ -196,7 +196,7 @@ class _Range:
         (self._low, self._unit), (high_number, unit) = parsed(speak(low)), parsed(speak(high))
         self._high = high_number
         if unit != self._unit or not self._low < self._high:
-            raise scene_error(place, f"a slider runs from a smaller value to a larger one of the same unit, not from {low} to {high}")
+            raise scene_error(place, f"a slider must range from a smaller to a larger value of the same unit, not from {low} to {high}")
         self._by_ratio = self._low > 0 and self._high / self._low >= 4
         own = self._owner.tree().get(self._key)
         value, own_unit = parsed(own) if own is not None else (self._low, self._unit)

@@ -39,7 +39,7 @@ class Exposures:
 
     def _number(self, number: int) -> int:
         if not 0 <= number < len(self):
-            raise IndexError(f"there is no frame {number}; there are {len(self)}, from 0 on")
+            raise IndexError(f"frame {number} does not exist; there are {len(self)}, from 0 on")
         return number
 
     def frame(self, number: int) -> dict[str, np.ndarray]:
@@ -76,7 +76,7 @@ class Exposures:
             Where there is no such passband.
         """
         if band not in self._bands:
-            raise KeyError(f"there is no passband {band}; there are {', '.join(self._bands)}")
+            raise KeyError(f"unknown passband {band}; known: {', '.join(self._bands)}")
         return self._native.mean(self._bands.index(band))
 
     def write_frame(self, number: int, path: str | os.PathLike) -> None:
@@ -103,7 +103,7 @@ class Exposures:
         Raises
         ------
         KeyboardInterrupt
-            Where Ctrl-C stopped it.
+            After Ctrl-C.
         """
         with told(progress) as listener:
             return Image(self._native.master(progress=listener))

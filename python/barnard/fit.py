@@ -188,7 +188,7 @@ class FitModel:
         SceneError
             Where the data do not depend on a key, or values cannot be.
         KeyboardInterrupt
-            Where Ctrl-C stopped it.
+            After Ctrl-C.
         """
         values = self._numbers(self.start if start is None else start)
         with told(progress) as listener:
@@ -209,7 +209,7 @@ def _source(number: int, image: Any, beside: dict[str, Any]) -> Any:
     if isinstance(image, (str, os.PathLike)):
         for name, value in beside.items():
             if value is not None:
-                raise TypeError(f"{name} goes with an array or an Image; the file {os.fspath(image)} has its own: NAME_error or ERR, and mask.NAME or DQ")
+                raise TypeError(f"{name} requires an array or an Image; the file {os.fspath(image)} has its own HDUs: NAME_error or ERR, and mask.NAME or DQ")
         return image
     name = f"image {number}"
     if isinstance(image, Image):
@@ -229,10 +229,10 @@ def _planes(array: Any, name: str, shape: tuple[int, ...] | None) -> np.ndarray:
         try:
             return np.ascontiguousarray(np.broadcast_to(array, shape))
         except ValueError:
-            raise ValueError(f"{name} is of shape {array.shape}, the image of {shape}") from None
+            raise ValueError(f"{name} has shape {array.shape}, the image {shape}") from None
     array = array[None] if array.ndim == 2 else array
     if array.ndim != 3:
-        raise ValueError(f"{name} is of shape {array.shape}; give bands × height × width, or height × width of one band")
+        raise ValueError(f"{name} has shape {array.shape}; give bands × height × width, or height × width of one band")
     return np.ascontiguousarray(array)
 
 
@@ -255,7 +255,7 @@ def model_of(scene: Scene, free: str, images: Images, beside: dict[str, Any], as
     names = [assume] if isinstance(assume, str) else list(assume)
     for name in names:
         if name not in UNSAID:
-            raise ValueError(f"assume={name!r}: what may be assumed is {' and '.join(UNSAID)}")
+            raise ValueError(f"assume={name!r} is unknown; known: {', '.join(UNSAID)}")
     scene = scene._twin()
     tree, native = scene._native()
     pairs = _pairs(images)

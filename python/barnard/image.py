@@ -102,7 +102,7 @@ class Image:
             return names.index(band)
         meant = [i for i, name in enumerate(names) if name.rpartition("-")[2].lower() == str(band).lower()]
         if len(meant) != 1:
-            raise KeyError(f"{band!r} is {'no band' if not meant else 'more than one band'}; the bands are {', '.join(names)}")
+            raise KeyError(f"{band!r} is {'not a band' if not meant else 'ambiguous'}; the bands are {', '.join(names)}")
         return meant[0]
 
     def __contains__(self, band: object) -> bool:
@@ -189,20 +189,20 @@ class Image:
         return xarray.DataArray(self.radiance, dims=("band", "y", "x"), coords=coordinates, attrs=attributes, name="radiance")
 
     def observe(self, instrument: Instrument | dict[str, Any] | None = None, *, progress: bool | Listener | None = None) -> Exposures:
-        """Lets an instrument look at the picture: a telescope, the air, a detector and its noise.
+        """Simulates an observation: telescope, atmosphere, detector and noise.
 
         Parameters
         ----------
         instrument : Instrument, optional
-            Another than that of the scene. Files that it names are relative to the working directory.
+            Instrument instead of the scene's. Its files are relative to the working directory.
         progress : true or callable (stage, done, all), optional
 
         Raises
         ------
         SceneError
-            Where it is no instrument.
+            If the instrument is invalid.
         BarnardError
-            Where there is none, the picture is not flat or too coarse for the detector, or the sky or the mosaic do not fit its bands.
+            If there is no instrument, the picture is not flat or too coarse for the detector, or sky or mosaic do not match its bands.
         """
         from .exposures import Exposures
 
@@ -212,31 +212,31 @@ class Image:
         return Exposures(native, [band for band in self.bands if not band.endswith("_error")], (self, tree))
 
     def rgb(self, **display: Any) -> np.ndarray:
-        """The picture in colours, height × width × 3 of uint8 in sRGB.
+        """Colour picture, height × width × 3 of uint8 in sRGB.
 
         Parameters
         ----------
         **display : keys of `Display`
-            Such as palette="sho" or stretch="log"; those of the scene where there are none.
+            Such as palette="sho" or stretch="log". Default: those of the scene.
 
         Raises
         ------
         SceneError
-            Where a key or a value is wrong.
+            If a key or a value is invalid.
         """
         return self._native.rgb(Display(**display).tree() if display else None)
 
     def png(self, **display: Any) -> bytes:
-        """The picture in colours as the bytes of a .png; see `rgb`."""
+        """Colour picture as the bytes of a .png; see `rgb`."""
         return self._native.png(Display(**display).tree() if display else None)
 
     def write(self, path: str | os.PathLike) -> None:
-        """Writes the image, whole or not at all: .fits, .exr and .npy hold radiances, .png, .tif and .jpg a picture in colours.
+        """Writes the image completely or not at all: radiances as .fits, .exr and .npy, colour pictures as .png, .tif and .jpg.
 
         Raises
         ------
         BarnardError
-            Where the extension is another, or the file cannot be written.
+            If the extension is unknown, or the file cannot be written.
         """
         self._native.write(os.fspath(path))
 
@@ -259,7 +259,7 @@ class Image:
 def _restored(version: str, state: dict[str, Any], parameters: dict[str, Any], warnings: list[str]) -> Image:
     if version != _barnard.__version__:
         raise _barnard.BarnardError(
-            f"the image was pickled by barnard {version}, this is {_barnard.__version__}: write images that last by Image.write, as .fits"
+            f"the image was pickled by barnard {version}, this is {_barnard.__version__}; store images with Image.write, as .fits"
         )
     image = Image(_barnard.restored(state))
     image.parameters, image._warnings = parameters, warnings

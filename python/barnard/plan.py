@@ -1,4 +1,4 @@
-"""Plans: the numbers that a scene comes to, kept from picture to picture."""
+"""Plans: precomputed data of a scene for many pictures."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ PASSED = ("camera", "observation", "instrument")
 
 
 class Plan:
-    """The numbers that a scene comes to, made once; `Scene.plan` makes one.
+    """Precomputed data of a scene, made by `Scene.plan`.
 
-    It renders the scene as it was when the plan was made, from any camera. `method` is the name of the spectral method,
-    `terms` the exponentials that a sample of a ray costs for each star, `steps` how far samples are apart in words,
-    `bytes` what tables and volumes take, `accuracy` what was asked for, `spatial_error` the relative rms error of the
-    worst band that pilot rays found and their number, `certificates` the spectral errors by passband, `notes` a
-    dictionary of words.
+    It renders the scene at its creation from any camera.
+
+    Attributes: `method` (spectral method), `terms` (exponentials per sample and star), `steps` (distance of samples, as
+    text), `bytes` (size of tables and volumes), `accuracy` (requested), `spatial_error` (relative rms error of the worst
+    band and number of pilot rays), `certificates` (spectral errors by passband), `notes` (dictionary of texts).
     """
 
     def __init__(self, owner: Scene, tree: dict[str, Any], scene: Any, plan: Any, backend: str):
@@ -112,18 +112,17 @@ class Plan:
         return _planned, (self._owner, self._tree.get("camera"), self._backend)
 
     def __repr__(self) -> str:
-        return f"Plan({self.method}, {self.terms} terms a sample, {self.steps}, {self.bytes / 2**20:.1f} MiB)"
+        return f"Plan({self.method}, {self.terms} terms per sample, {self.steps}, {self.bytes / 2**20:.1f} MiB)"
 
     def render(self, camera: Camera | dict[str, Any] | None = None, *, progress: bool | Listener | None = None) -> Image:
-        """Renders the scene as it was planned, from its own camera or another.
+        """Renders the planned scene from its own camera or another.
 
-        From another camera nothing is planned anew: steps and rules, and what is stated of them, are those of the
-        plan's own camera. `Scene.render` asks pilot rays of each camera.
+        Steps, rules and their errors are those of the plan's own camera. `Scene.render` measures them for each camera.
 
         Raises
         ------
         PlanError
-            Where the scene has changed since, in anything but its camera, its place on the sky and its instrument.
+            If anything but camera, sky position and instrument of the scene has changed.
         """
         camera = self._tree.get("camera") if camera is None else camera
         moved = self._check(camera)
@@ -140,7 +139,7 @@ class Plan:
         own, other = [[tree.pop(part, None) for part in PASSED] for tree in (before, now)]
         changed = _changed(before, now)
         if changed is not None:
-            error = PlanError(f"{changed}: the scene has changed since the plan was made; make another by scene.plan()")
+            error = PlanError(f"{changed}: the scene has changed since the plan was made; make a new one with scene.plan()")
             error.key = changed
             raise error
         return own != other
@@ -172,12 +171,12 @@ def exactness(
     for name, (own, value) in of.items():
         if value is not None and backend != own:
             instead = "; give Method(accuracy=...) to the scene" if name == "accuracy" else ""
-            raise scene_error(name, f'{name} belongs to backend="{own}"{instead}')
+            raise scene_error(name, f'{name} requires backend="{own}"{instead}')
     ranges = {"accuracy": (1e-12, 0.5), "samples": (1, 2**40), "target_error": (1e-6, 1.0), "seed": (0, 2**63 - 1)}
     for name, (low, high) in ranges.items():
         value = of[name][1]
         if value is not None and not low <= value <= high:
-            raise scene_error(name, f"{value} lies outside of {low:g} to {high:g}")
+            raise scene_error(name, f"{value} is out of range; give a number from {low:g} to {high:g}")
     return {name: value for name, (_, value) in of.items()}
 
 

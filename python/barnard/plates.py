@@ -1,4 +1,4 @@
-"""Plates: a picture kept light by light, so that spectra change without a march."""
+"""Plates: a picture stored per light, to change spectra without rendering again."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ if TYPE_CHECKING:
 
 
 class Plates:
-    """A picture kept light by light; `Scene.plates` makes them, `Plates.read` reads them from a file.
+    """A picture stored per light, made by `Scene.plates` or read by `Plates.read`.
 
-    `lights` is the number of lights that have a plate, `bytes` what they take, `range` the shortest and the longest wavelength that
-    they serve [um], `shape` (height, width) in pixels.
+    `lights` is the number of plates, `bytes` their size, `range` the wavelength range [um], `shape` (height, width) in pixels.
 
     >>> plates = scene.plates(range=("380 nm", "1 um"))
     >>> scene.stars[0].temperature = "12000 K"
@@ -57,32 +56,32 @@ class Plates:
         return self._native.range
 
     def expose(self, scene: Scene) -> Image:
-        """The picture of a scene that differs from theirs in spectra, luminosities, passbands, albedo or the amount of dust alone.
+        """Picture of a scene with other spectra, luminosities, passbands, albedo or amount of dust.
 
         Returns
         -------
         Image
-            As `Scene.render` makes it, to the error that its certificates state.
+            The picture of `Scene.render`, within the stated errors.
 
         Raises
         ------
         SceneError
-            Where the scene differs in anything else, or light or dust is beyond what the plates serve: what it is is said.
+            If the scene differs in anything else, or light or dust exceeds the range of the plates.
         """
         return Image(self._native.expose(scene._native()[1]))
 
     def write(self, path: str | os.PathLike) -> None:
-        """Writes them down, whole or not at all.
+        """Writes the plates completely or not at all.
 
         Parameters
         ----------
         path : path
-            The file: an archive that `numpy.load` reads, by custom under a name that ends with .plates.
+            The file, an archive for `numpy.load`, usually named .plates.
 
         Raises
         ------
         OSError
-            Where the file cannot be written.
+            If the file cannot be written.
         """
         self._native.write(os.fspath(path))
 
@@ -93,14 +92,14 @@ class Plates:
         Parameters
         ----------
         path : path
-            What `write` or `barnard plates` wrote.
+            File written by `write` or `barnard plates`.
         memory : number, default 16
-            Most memory that one array may take [GiB].
+            Memory limit of one array [GiB].
 
         Raises
         ------
         SceneError
-            Where the file cannot be read, or holds no plates.
+            If the file cannot be read, or has no plates.
         MemoryLimitError
         """
         return cls(_barnard.read_plates(os.fspath(path), int(memory * 2**30)))

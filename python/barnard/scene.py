@@ -36,21 +36,20 @@ if TYPE_CHECKING:
 
 
 class Scene:
-    """Everything that is in front of the telescope, and the telescope.
+    """A nebula with stars, camera and method.
 
-    Attributes are the tables of scene files; those that a file has many of are lists (`stars`, `emission`,
-    `star_tables`, `passbands`) or dictionaries by name (`fields`, `bookmarks`). A dictionary of keys may stand for any
-    table. A scene may be changed at any time; what a render made and what still holds is kept for the next.
+    Attributes are the tables of scene files, with lists (`stars`, `emission`, `star_tables`, `passbands`) and dictionaries
+    by name (`fields`, `bookmarks`) of repeated tables. A dictionary of keys can replace any table. A scene can be changed
+    at any time; the next render reuses everything that is still valid.
 
     Parameters
     ----------
     bands : text or list of texts, default "johnson"
         A set of passbands, or a list of embedded ones; `barnard.catalogue("passband-sets")` names them.
     camera : Camera
-        Where the observer is; `render` may be given another.
+        The default camera of `render`.
     fields : dictionary of fields by name
-        Scalar fields that expressions such as `Dust.density` call by their names. An array is a `Grid` without a box
-        and is refused: `Grid(array, low=..., high=...)`.
+        Scalar fields for expressions such as `Dust.density`. Arrays require a box: `Grid(array, low=..., high=...)`.
     dust, gas, background, detail, spectrograph, display, observation, instrument, output, method, sequence : table or dictionary, optional
         See `Dust`, `Gas`, `Background`, `Detail`, `Display`, `Method` and `Frames`.
     stars, emission, star_tables, passbands, animation : lists of tables or dictionaries, optional
@@ -58,15 +57,15 @@ class Scene:
     bookmarks : dictionary of cameras by name, optional
     name, description : text, optional
     folder : path, default the working directory
-        Where files are that the scene names.
+        Folder of the files of the scene.
     memory : number, default 16
-        Most memory that one array, grid or image may take [GiB].
+        Memory limit of one array, grid or image [GiB].
 
     Raises
     ------
     SceneError
-        Where something is no table or has an unknown key. Values out of range and what does not fit together are told by
-        `check`, `plan` and `render`; `key` is the place, such as `star[2].temperature`.
+        For wrong types and unknown keys. `check`, `plan` and `render` report values out of range and conflicts. `key` is the
+        location, such as `star[2].temperature`.
     """
 
     if TYPE_CHECKING:
@@ -113,7 +112,7 @@ class Scene:
         memory: float = 16.0,
     ):
         if not 0 < memory < 1e6:
-            raise scene_error("memory", f"{memory} is no amount of GiB; give a number such as 8")
+            raise scene_error("memory", f"{memory} is out of range; give a number of GiB such as 8")
         self._limit = int(memory * 2**30)
         self._folder: str | None = os.fspath(folder) if folder is not None else os.curdir
         self._forget()
@@ -163,7 +162,7 @@ class Scene:
         if state.get("version") != _barnard.__version__:
             raise _barnard.BarnardError(
                 f"the scene was pickled by barnard {state.get('version')}, this is {_barnard.__version__}: "
-                "write scenes that last by Scene.save, or pickle it again"
+                "store scenes with Scene.save, or pickle it again"
             )
         self.__dict__.update(state["scene"])
         self._forget()
@@ -183,12 +182,12 @@ class Scene:
 
     @classmethod
     def builtin(cls, name: str, *, memory: float = 16.0) -> Scene:
-        """A scene that is built in; `barnard.catalogue("scenes")` names them.
+        """A built-in scene; `barnard.catalogue("scenes")` lists them.
 
         Raises
         ------
         SceneError
-            Where there is none of this name.
+            If the name is unknown.
         """
         scene = cls._of(_barnard.from_toml(f"built-in {name}", _barnard.builtin_text(name)), name, memory)
         scene._folder = None
@@ -196,14 +195,14 @@ class Scene:
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike, *, memory: float = 16.0) -> Scene:
-        """Reads a scene from a file, or from its text where that has more than one line.
+        """Reads a scene from a file, or from its text (of more than one line).
 
-        Files that the scene names are relative to the file, or to the working directory.
+        Files of the scene are relative to the file, or to the working directory.
 
         Raises
         ------
         SceneError
-            Where it is no scene; file, line and key are said.
+            If the text is not a valid scene; the message has file, line and key.
         """
         if isinstance(source, str) and "\n" in source:
             return cls._of(_barnard.from_toml("scene", source), None, memory)
@@ -230,41 +229,41 @@ class Scene:
     def _refuse_bricks(self) -> None:
         for name, field in self.fields.items():
             if isinstance(field, Sampled) and field.bricks is not None:
-                raise scene_error(f"field.{name}", "the field lies in bricks; render it by barnard.render_bricks(scene), or gather it by .compute() first")
+                raise scene_error(f"field.{name}", "the field is bricked; use barnard.render_bricks(scene), or gather it with .compute() first")
 
     def to_toml(self) -> str:
-        """The text of a scene file that says the same.
+        """The scene as the text of a scene file.
 
         Raises
         ------
         SceneError
-            Where a field is an array in memory, which a text cannot hold: `save` writes it beside.
+            If a field is an array in memory; `save` writes such scenes.
         """
         self._refuse_bricks()
         arrays = self._arrays()
         if arrays:
             name = next(iter(arrays))
-            raise scene_error(f"field.{name}", "the field is an array in memory, which a text cannot hold; write the scene by save(path)")
+            raise scene_error(f"field.{name}", "the field is an array in memory; write the scene with save(path)")
         return _barnard.to_toml(self._tree())
 
     def save(self, path: str | os.PathLike) -> None:
-        """Writes a scene file, and each array in memory as NAME.npy beside it; each file whole or not at all.
+        """Writes a scene file, and each array in memory as NAME.npy next to it.
 
         Parameters
         ----------
         path : path
-            The file, whose name ends with .toml. Files that the scene names are not copied.
+            The file, ending with .toml. Files of the scene are not copied.
 
         Raises
         ------
         SceneError
-            Where the name is another, or the scene is one that is built in and names files.
+            If the name does not end with .toml, or a built-in scene needs files.
         OSError
-            Where a file cannot be written.
+            If a file cannot be written.
         """
         path = Path(path)
         if path.suffix != ".toml":
-            raise scene_error("path", f"{path}: a scene file ends with .toml")
+            raise scene_error("path", f"{path}: the name of a scene file must end with .toml")
         self._refuse_bricks()
         tree = self._tree()
         for name, field in self._arrays().items():
@@ -304,7 +303,7 @@ class Scene:
         Raises
         ------
         SceneError
-            Where it cannot; `key` is the place.
+            If it cannot; `key` is the location.
         """
         self._native()
 
@@ -315,23 +314,23 @@ class Scene:
         backend: str = "cpu",
         progress: bool | Listener | None = None,
     ) -> Plan:
-        """The numbers that the scene comes to: spectral rules, depths of stars, steps, and what is stated of them.
+        """Precomputed data of the scene: spectral rules, star depths, steps, and their errors.
 
-        What an earlier plan of the same scene has that still holds is kept, with the same bits.
+        Valid parts of an earlier plan of the same scene are reused, with the same bits.
 
         Parameters
         ----------
         camera : Camera, optional
-            Another camera than the scene's own.
+            Camera instead of the scene's.
         backend : text, default "cpu"
-            The back end that the plan is for.
+            Back end of the plan.
         progress : true or callable (stage, done, all), optional
 
         Raises
         ------
         SceneError, MemoryLimitError
         KeyboardInterrupt
-            Where Ctrl-C stopped it; the scene is as before.
+            After Ctrl-C; the scene is unchanged.
         """
         tree, native = self._native(camera)
         # Where nothing changed since, the plan of before is this one.
@@ -344,22 +343,21 @@ class Scene:
         return self._planned
 
     def plates(self, range: tuple[Any, Any] | None = None, *, dust: tuple[float, float] = (1, 1), progress: bool | Listener | None = None) -> Plates:
-        """The picture kept light by light, so that spectra, luminosities, passbands, albedo and the amount of dust change without a march.
+        """The picture per light, to change spectra, luminosities, passbands, albedo and amount of dust without rendering again.
 
         Parameters
         ----------
         range : pair of wavelengths, optional
-            The shortest and the longest that they will serve, such as ("380 nm", "1 um"); the passbands of the scene and a tenth beyond
-            where none is given.
+            Wavelength range of later passbands, such as ("380 nm", "1 um"). Default: those of the scene, extended by a tenth.
         dust : pair of numbers, default (1, 1)
-            The least amount of dust and the largest that they will serve, as parts of the scene's: (0.5, 2) for half of it to twice as much.
+            Range of later amounts of dust relative to the scene's, such as (0.5, 2).
         progress : true or callable (stage, done, all), optional
 
         Raises
         ------
         SceneError, MemoryLimitError
         KeyboardInterrupt
-            Where Ctrl-C stopped it.
+            After Ctrl-C.
         """
         _, native = self._native()
         with told(progress) as listener:
@@ -380,24 +378,24 @@ class Scene:
         Parameters
         ----------
         free : text
-            What is free, parted by commas: keys of the scene, which says where a fit begins, with bounds (KEY=LOW..HIGH) and what is known
-            beforehand (KEY~MEAN+-SIGMA), in the units in which the scene says them.
+            Free keys of the scene, separated by commas, with bounds (KEY=LOW..HIGH) and priors (KEY~MEAN+-SIGMA) in the units of
+            the scene. The values of the scene are the start.
         to : path, Image or array, or list of them and of pairs
-            FITS files: an image HDU for each passband by its name, standard errors as NAME_error or ERR, a mask as mask.NAME, DQ or MASK;
-            "file.fits[SCI,2]" chooses one HDU. Pictures have their own unit and place; arrays are bands × height × width (height × width of one
-            band), the first row on top, in the unit of the scene's pictures. A pair is an image and a dictionary of what its scene has in place
-            of this one's: instrument, bands, camera, observation; and its sigma and mask.
+            FITS files: one image HDU per passband, by name; standard errors as NAME_error or ERR; a mask as mask.NAME, DQ or MASK;
+            "file.fits[SCI,2]" selects one HDU. Images have their own unit and sky position; arrays are bands × height × width
+            (height × width of one band), first row on top, in the unit of the scene's pictures. A pair is an image and a
+            dictionary of overrides: instrument, bands, camera, observation, sigma, mask.
         sigma : array or number, optional
-            Standard errors of arrays and pictures, of a shape that can be broadcast to theirs, in their unit.
+            Standard errors of arrays and images in their unit, broadcast to their shape.
         mask : array, optional
-            Pixels of arrays and pictures that do not count.
+            Pixels of arrays and images to ignore.
         assume : "unit", "place", or both, optional
-            What files do not say and is taken to be as in the scene: the unit (BUNIT), the place on the sky (WCS).
+            Missing metadata of files to assume from the scene: unit (BUNIT), sky position (WCS).
 
         Raises
         ------
         SceneError
-            Where images cannot be read or are of other pixels, passbands or units, or the scene says no number for a key.
+            If images cannot be read or have other pixels, passbands or units, or a free key has no number.
         """
         with told(progress) as listener:
             return model_of(self, free, to, {"sigma": sigma, "mask": mask}, assume, listener)
@@ -412,14 +410,14 @@ class Scene:
         assume: str | Sequence[str] = (),
         progress: bool | Listener | None = None,
     ) -> Fit:
-        """Fits what is free of the scene to observed images; see `fit_model` for the parameters.
+        """Fits free keys of the scene to observed images; see `fit_model` for the parameters.
 
         Raises
         ------
         SceneError
-            Those of `fit_model`, and where the data do not depend on a key.
+            Those of `fit_model`, and if the data do not depend on a key.
         KeyboardInterrupt
-            Where Ctrl-C stopped it.
+            After Ctrl-C.
         """
         return self.fit_model(free, to, sigma=sigma, mask=mask, assume=assume, progress=progress).fit(progress=progress)
 
@@ -434,25 +432,25 @@ class Scene:
         target_error: float | None = None,
         seed: int | None = None,
     ) -> Image:
-        """Renders the scene: the same bits as `barnard render` writes for the same scene.
+        """Renders the scene, with the bits of `barnard render`.
 
         Parameters
         ----------
         camera : Camera, optional
-            Another camera than the scene's own.
+            Camera instead of the scene's.
         backend : text, default "cpu"
-            "cpu", "gpu", "auto", "path" or "reference"; `barnard.catalogue("backends")` tells of them.
+            "cpu", "gpu", "auto", "path" or "reference"; see `barnard.catalogue("backends")`.
         progress : true or callable (stage, done, all), optional
         accuracy : number, optional
-            Allowed relative error of each pixel, for "reference"; others take `Method.accuracy`.
+            Allowed relative error of each pixel, for "reference"; others use `Method.accuracy`.
         samples, target_error, seed : numbers, optional
-            Paths a pixel, relative standard error at which to end, and seed, for "path".
+            Paths per pixel, relative standard error at which to stop, and seed, for "path".
 
         Raises
         ------
         SceneError, MemoryLimitError, DeviceError
         KeyboardInterrupt
-            Where Ctrl-C stopped it.
+            After Ctrl-C.
         """
         exact = exactness(backend, accuracy, samples, target_error, seed)
         if backend in ("path", "reference"):
@@ -464,12 +462,12 @@ class Scene:
             return plan._render(plan._scene, plan._plan, listener)
 
     def frames(self) -> FrameSequence:
-        """The frames of the scene, where its camera has a path, keys are animated, or a sequence says how long it lasts.
+        """The frames of a scene with a camera path, animated keys or a sequence.
 
         Raises
         ------
         SceneError
-            Where nothing of it changes, or what changes cannot be.
+            If the scene is static, or a frame is invalid.
         """
         self._refuse_bricks()
         frames = FrameSequence(self)
@@ -484,32 +482,32 @@ class Scene:
         progress: bool | Listener | None = None,
         **more: Iterable[Any],
     ) -> Iterator[Image]:
-        """Renders the scene for each of some values, one after the other; only what a value changes is planned anew.
+        """Renders the scene for a list of values; each picture recomputes only what changes.
 
         Parameters
         ----------
         parameters : dictionary from places to values
-            Places are written as errors say them, such as "star[0].temperature" or "dust.scale"; parts of the scene
-            itself can be keywords, as in `scene.sweep(camera=cameras)`. Several parameters change together.
+            Keys such as "star[0].temperature" or "dust.scale"; parts of the scene can be keywords, as in
+            `scene.sweep(camera=cameras)`. Several parameters change together.
 
         Yields
         ------
         Image
-            Whose `parameters` are the values that it was made with. The sweep works on a copy: the scene itself stays as it is.
+            Its `parameters` are its values. The sweep uses a copy: the scene does not change.
 
         Raises
         ------
         SceneError
-            Where there is no such place, or the parameters have different numbers of values.
+            If a key is unknown, or the parameters have different numbers of values.
         """
         for place, values in {**(parameters or {}), **more}.items():
             if isinstance(values, (str, bytes)) or not hasattr(values, "__iter__") or getattr(values, "shape", None) == ():
-                raise scene_error(place, f"{values!r} is one value; a sweep takes a list of them, such as [{values!r}]")
+                raise scene_error(place, f"{values!r} is a single value; a sweep requires a list, such as [{values!r}]")
         swept = {place: list(values) for place, values in {**(parameters or {}), **more}.items()}
         counts = {len(values) for values in swept.values()}
         if len(counts) != 1:
             told_counts = ", ".join(f"{place}: {len(values)}" for place, values in swept.items()) or "none is there"
-            raise scene_error("sweep", f"parameters need equally many values, at least one parameter ({told_counts})")
+            raise scene_error("sweep", f"all parameters must have the same number of values, and one parameter is required ({told_counts})")
         twin = self._twin()
         places = {place: place_of(twin, place) for place in swept}
         if any(place.startswith("field") for place in swept):
@@ -532,28 +530,28 @@ class Scene:
         size: tuple[int, int] = (640, 360),
         **display: Any,
     ) -> Any:
-        """A live view for notebooks: drag to orbit, wheel to come nearer, sliders for keys of the scene; needs anywidget.
+        """A live view for notebooks: drag to orbit, wheel to zoom, sliders for keys of the scene; requires anywidget.
 
         Parameters
         ----------
         sliders : dictionary from places to (low, high), optional
-            Such as {"star[0].temperature": (3000 * u.K, 40000 * u.K)}; places are written as errors say them.
+            Such as {"star[0].temperature": (3000 * u.K, 40000 * u.K)}.
         size : (width, height), default (640, 360)
             Pixels of the view.
         **display : keys of `Display`
-            Such as palette="sho"; those of the scene where there are none.
+            Such as palette="sho". Default: those of the scene.
 
         Returns
         -------
         Explorer
-            A widget; what is done in it is done to this scene.
+            A widget that edits this scene.
 
         Raises
         ------
         SceneError
-            Where the scene cannot be rendered, or a slider's place is none.
+            If the scene cannot be rendered, or the key of a slider is unknown.
         BarnardError
-            Where anywidget is not installed.
+            If anywidget is not installed.
         """
         from .explore import Explorer
 

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 
 class FrameSequence:
-    """The frames of a scene whose camera follows a path or whose keys change; `Scene.frames` makes one.
+    """The frames of an animated scene, made by `Scene.frames`.
 
-    What would flicker if each frame chose it, a few pilot frames choose for all: steps, star depths, spectral rules,
-    the white of pictures and the balance of bands. A frame has the same bits whether others were rendered before it or
-    not, so that workers of a cluster may share them: `bn.map(frames.render, frames.numbers, client)`.
+    A few pilot frames choose the settings of all frames, so that nothing flickers: steps, star depths, spectral rules,
+    white level and balance of bands. Frames have the same bits in any order, so workers of a cluster can share them:
+    `bn.map(frames.render, frames.numbers, client)`.
 
-    They are those of the scene as it was when the sequence was made: where the scene has changed since, they are refused.
+    A sequence belongs to the scene at its creation; frames of a changed scene raise `PlanError`.
     """
 
     def __init__(self, scene: Scene):
@@ -35,7 +35,7 @@ class FrameSequence:
 
     def _check(self) -> None:
         if self._owner._tree() != self._tree:
-            error = PlanError("the scene has changed since its frames were made; make others by scene.frames()")
+            error = PlanError("the scene has changed since its frames were made; make new ones with scene.frames()")
             error.key = "scene"
             raise error
 
@@ -63,9 +63,9 @@ class FrameSequence:
         target_error: float | None = None,
         seed: int | None = None,
     ) -> Image:
-        """Renders a frame: the same bits as `barnard render --frames` writes.
+        """Renders a frame, with the bits of `barnard render --frames`.
 
-        The first one that is rendered renders the pilot frames as well.
+        The first frame also renders the pilot frames.
 
         Parameters
         ----------
@@ -77,10 +77,10 @@ class FrameSequence:
         Raises
         ------
         PlanError
-            Where the scene has changed since.
+            If the scene has changed.
         SceneError, MemoryLimitError, DeviceError
         KeyboardInterrupt
-            Where Ctrl-C stopped it.
+            After Ctrl-C.
         """
         self._check()
         exact = exactness(backend, accuracy, samples, target_error, seed)

@@ -1,7 +1,7 @@
-"""The tables of a scene: their keywords are the keys of scene files.
+"""Tables of a scene. Keywords are the keys of scene files.
 
 This file is made of the rows that the parser of scene files reads: `python python/write_tables.py` writes it.
-A quantity is a value of astropy or unyt, or a text with its unit such as "39000 K"; what is None is not said.
+Quantities are values of astropy or unyt, or texts with units such as "39000 K". None means unset.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Path = Union[str, os.PathLike]
 
 
 class Grid(Sampled):
-    """A three-dimensional array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres.
+    """3-D array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres.
 
     Parameters
     ----------
@@ -33,55 +33,53 @@ class Grid(Sampled):
         Name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME
         of the HDU in a FITS file.
     axes : text, default xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)
-        What the array's axes are, slowest first.
-    low : position, default the file's own, or from voxel
-        Lowest corner of the box that the voxels fill; where the file's own frame or voxel says the box, of the part
-        of it that is read, to whole voxels.
-    high : position, default the file's own, or from voxel
+        Order of the array's axes, slowest first.
+    low : position, default from the file, or from voxel
+        Lowest corner of the box of the voxels; if the file or voxel defines the box, of the part to read, in whole
+        voxels.
+    high : position, default from the file, or from voxel
         Highest corner.
     voxel : length, default from low and high
-        Edge of a cubic voxel, which says the box of all of the array.
+        Edge of a cubic voxel, which defines the box of the whole array.
     scale : length, default none
-        What a length of one is in a file whose lengths have no unit, such as .vdb.
-    centre : position, default 0 0 0 pc with voxel, the file's own otherwise
-        Middle of the box of all of the array.
+        Unit of length of files without one, such as .vdb.
+    centre : position, default 0 0 0 pc with voxel, otherwise from the file
+        Centre of the box of the whole array.
     every : whole number, default 1
-        So many voxels along each axis become one, their mean; the file is read without all of it ever being in
-        memory.
+        Number of voxels per axis to average into one; the whole file is never in memory.
     memory : memory size, default none
-        The array is made as coarse as it must be to take no more than this in memory: the least every that does.
+        Memory limit of the array, met by the smallest sufficient `every`.
     preset : text, default none
-        A measured map of the Galaxy's dust, read as extinction at V in mag/pc (dust of scale = "1 mag/pc"):
-        edenhofer24, leike20, lallement22, vergely22; it says array, unit and box, and clips.
+        Published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = "1 mag/pc"):
+        edenhofer24, leike20, lallement22, vergely22; it defines array, unit and box, and clips.
     unit : text, default the file's own
-        What the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per
-        length into mag/pc, which dust and gas are scaled by; mass densities need mass_per_h; anything else is taken
-        as it is.
+        Unit of the values (BUNIT of FITS, units of HDF5): number densities are converted to cm-3, extinctions per
+        length to mag/pc; mass densities require mass_per_h; other values are unchanged.
     mass_per_h : number, default required for mass densities
-        Mass of the gas per hydrogen nucleus in hydrogen atoms, by which mass densities become nuclei per cm3: 1.4 for
-        solar abundances.
+        Gas mass per hydrogen nucleus in hydrogen masses, to convert mass densities to nuclei per cm3: 1.4 for solar
+        abundances.
     wcs : boolean, default true
-        Whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5,
-        the transform of .vdb); false where low and high, or voxel, say better.
-    storage : text, default as it is read; single for .vdb and where the array is more than half of the memory limit
-        Single, half or byte: how values are kept, in blocks of 16 x 16 x 16 voxels of which those that are empty take
-        no memory; half is right to 1 in 2048, byte to 1 in 508 of the largest in its block.
+        Read the file's coordinates (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the
+        transform of .vdb); false to use low and high, or voxel.
+    storage : text, default dense; single for .vdb and arrays above half of the memory limit
+        Storage in sparse blocks of 16 x 16 x 16 voxels: single, half or byte; half has relative errors of up to
+        1/2048, byte up to 1/508 of the largest value in the block.
     factor : number, default 1
-        Every value is multiplied by it.
+        Factor of all values.
     clip : boolean, default false, true with preset
-        Blank, NaN and negative cells become zero instead of an error.
+        Set blank, NaN and negative cells to zero instead of an error.
     copy : boolean, default true
-        Whether an array is copied. A shared one becomes read-only, and older views of it must not be written to.
+        Copy arrays. Shared arrays become read-only; do not write to older views.
 
-    `file` may be an array in memory: three axes, x, y and z unless `axes` says otherwise, of any float or integer type,
-    order and stride; with a unit of astropy or unyt it is a number density.
-    Of a labelled array of xarray, dimensions, even coordinates with a unit, and the unit of values are followed.
-    A Dask array lies in bricks, its chunks: `render_bricks` renders it without gathering them.
+    `file` may be an array in memory with axes x, y, z (or `axes`), of any float or integer type,
+    order and stride; units of astropy or unyt are converted.
+    Dimensions, uniform coordinates and units of xarray arrays are used.
+    Chunks of a Dask array are bricks for `render_bricks`.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -132,16 +130,16 @@ class Grid(Sampled):
 
 
 class Fbm(Field):
-    """A cloud of fractional Brownian motion on simplex noise (values about 0 to 1).
+    """Fractional Brownian motion of simplex noise (values of about 0 to 1).
 
     Parameters
     ----------
     seed : integer, default 1
-        Number of the noise.
+        Seed of the noise.
     centre : position, default 0 0 0 pc
-        Middle of the cloud.
+        Centre of the cloud.
     radius : length, default 1 pc
-        Where the cloud has ended; it fades from half of it on.
+        Radius of the cloud; it fades from half of it on.
     scale : length, default 0.7 pc
         Size of the largest structures.
     octaves : integer, default 5
@@ -151,16 +149,16 @@ class Fbm(Field):
     gain : number, default 0.5
         Amplitude ratio of successive octaves.
     offset : number, default 0.2
-        Added before the cut at zero: more fills more of space.
+        Offset before clipping at zero; larger values fill more of space.
     variant : text, default plain
         Plain or ridged.
     warp : length, default 0 pc
-        How far a second noise bends space.
+        Strength of domain warping by a second noise.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -207,7 +205,7 @@ class Sphere(Field):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -218,7 +216,7 @@ class Sphere(Field):
 
 
 class Box(Field):
-    """1 inside of an axis-aligned box.
+    """1 inside an axis-aligned box.
 
     Parameters
     ----------
@@ -230,7 +228,7 @@ class Box(Field):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -250,12 +248,12 @@ class Plummer(Field):
     core : length
         The Plummer radius a.
     cut : length, default 5 core
-        Beyond this radius it is zero.
+        Radius beyond which it is zero.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -273,15 +271,15 @@ class Shell(Field):
     centre : position, default 0 0 0 pc
         Its middle.
     radius : length
-        Radius of the wall, whose density is 1 however large it is: a growing shell keeps its mass where `scale` falls
-        with radius² thickness.
+        Radius of the wall, whose density is 1; a growing shell keeps its mass if `scale` decreases with radius²
+        thickness.
     thickness : length
         Standard deviation of the wall.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -297,18 +295,18 @@ class Slab(Field):
     Parameters
     ----------
     centre : position, default 0 0 0 pc
-        A point on its middle plane, and middle of the cube.
+        A point on its middle plane, and centre of the cube.
     normal : direction, default [0, 0, 1]
         Its normal.
     thickness : length
         Distance of the planes.
     extent : length
-        Half side of the cube that ends it.
+        Half edge of the bounding cube.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -326,22 +324,22 @@ class Slab(Field):
 
 
 class Turbulence(Field):
-    """Lognormal density of supersonic turbulence in a box, of mean one, on voxels.
+    """Lognormal density of supersonic turbulence in a box, with mean 1, on voxels.
 
     Parameters
     ----------
     seed : integer, default 1
-        Number of the random waves.
+        Seed of the random waves.
     low : position, default -1 -1 -1 pc
-        The box's lower corner; the field is periodic in it.
+        Lower corner of the box; the field is periodic in it.
     high : position, default 1 1 1 pc
         Its upper corner.
     voxels : integer, default 128
-        Voxels along the longest edge: more of them show finer waves and change no others.
+        Voxels along the longest edge; more voxels add finer waves and keep the others.
     outer_scale : length, default half of the shortest edge
-        The scale at which turbulence is driven: larger waves are no stronger.
+        Driving scale of turbulence; larger waves are not stronger.
     mach : number, default 5
-        Rms Mach number M; 0 is even.
+        Rms Mach number M; 0 is uniform.
     forcing : text, default mixed
         Solenoidal, mixed or compressive: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²).
     plasma_beta : number, default no magnetic field
@@ -352,7 +350,7 @@ class Turbulence(Field):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -385,17 +383,18 @@ class Turbulence(Field):
 
 
 class Expression(Field):
-    """An expression of other fields, for what several densities have in common.
+    """Expression of other fields, shared by several densities.
 
     Parameters
     ----------
     formula : expression
-        Of other fields, such as "cloud * (1 - hole)"; they may stand in any order, and be expressions themselves.
+        Expression of other fields, such as "cloud * (1 - hole)"; the order is free, and they may be expressions
+        themselves.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "field.*"
@@ -406,24 +405,23 @@ class Expression(Field):
 
 
 class Stereo(Table):
-    """Two eyes: off-axis pairs in flat images, omni-directional stereo in images of all around. What a back end renders
-    is both images in one.
+    """Stereo: off-axis pairs in flat images, omni-directional stereo in 360° images. One image contains both eyes.
 
     Parameters
     ----------
     eye_distance : length
-        From eye to eye; a thirtieth of the distance to what is seen is deep, a hundredth shallow.
+        Distance of the eyes; 1/30 of the distance to the object is deep, 1/100 shallow.
     convergence : length, default to the target
-        Where both eyes see one image, which lies in the screen; what is nearer stands before it.
+        Distance of the screen plane; nearer objects appear in front of it.
     arrangement : text, default over_under
-        Over_under, the left eye on top, or side_by_side; `%V` in the name of an output makes a file of each eye.
+        Over_under (left eye on top) or side_by_side; `%V` in an output name writes a file per eye.
     pole_merge : list of texts, default ["60 deg", "75 deg"]
-        In images of all around, heights above and below the horizon between which both eyes become one.
+        In 360° images, altitudes between which both eyes merge.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "camera.stereo"
@@ -445,38 +443,37 @@ class Stereo(Table):
 
 
 class Keyframe(Table):
-    """A keyframe: what the camera is at a moment. A key says what it changes. A file has the same as columns, with a
-    unit in brackets behind the name: `time [s]`, then `x [pc]`, `y [pc]` and `z [pc]`, `target_x` or `direction_x` or
-    `orientation_x` to `orientation_w`, `up_x` and so on, and `field_of_view [deg]`.
+    """A keyframe of the camera, with only the values that it sets. In files these are columns, with units in brackets:
+    `time [s]`, then `x [pc]`, `y [pc]` and `z [pc]`, `target_x` or `direction_x` or `orientation_x` to
+    `orientation_w`, `up_x` and so on, and `field_of_view [deg]`.
 
     Parameters
     ----------
     time : time
-        When the camera is there.
-    position : position, default goes on between its neighbours
-        Where the observer is.
-    target : position, default goes on between its neighbours
-        What they look at.
+        Time of the keyframe.
+    position : position, default interpolated
+        Position of the observer.
+    target : position, default interpolated
+        Target of the view.
     direction : direction, default towards the target
-        Which way they look, in place of a target.
+        Viewing direction, instead of a target.
     orientation : list of numbers, default towards the target
-        In place of target and up, the quaternion [x, y, z, w] that turns a camera which looks along -z, with y
-        upwards.
-    up : direction, default goes on between its neighbours
-        What is up in the image.
-    field_of_view : angle, default goes on between its neighbours
+        Quaternion [x, y, z, w] that rotates a camera looking along -z with y up, instead of target and up.
+    up : direction, default interpolated
+        Up direction of the image.
+    field_of_view : angle, default interpolated
         Horizontal field of view, of a perspective camera.
-    width : length, default goes on between its neighbours
+    width : length, default interpolated
         Width of the image, of an orthographic camera.
-    aperture : angle, default goes on between its neighbours
-        The angle across the circle, of a fisheye.
-    tilt : angle, default goes on between its neighbours
-        How far the middle of a fisheye leans from up towards the target.
+    aperture : angle, default interpolated
+        Angle across the circle, of a fisheye.
+    tilt : angle, default interpolated
+        Tilt of a fisheye's centre from up towards the target.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "camera.path.key"
@@ -510,29 +507,27 @@ class Keyframe(Table):
 
 
 class CameraPath(Table):
-    """How the camera moves: through keyframes, or along a path that another program made. What a scene shows where no
-    frame is asked for is its first moment.
+    """Camera path: keyframes, or a path from another program. Without a requested frame, a scene shows its first moment.
 
     Parameters
     ----------
     key : list of tables, default none
-        The keyframes, [[camera.path.key]]; two or more, or a file.
+        Two or more keyframes, [[camera.path.key]], unless a file is given.
     file : path, default none
-        A file of keyframes: a CSV, a camera path of Gaia Sky (.gsc), or the first animated camera of a glTF (.gltf,
-        .glb).
+        File of keyframes: CSV, Gaia Sky camera path (.gsc), or the first animated camera of a glTF (.gltf, .glb).
     unit : length, default 1 pc
-        How long a length of one is in a .gltf or .glb, and in columns of a CSV that say no unit.
+        Unit of length of a .gltf or .glb, and of CSV columns without a unit.
     interpolation : text, default catmull_rom
-        How the camera goes from key to key.
+        Interpolation between keyframes.
     ease : time, default 0 s
-        How long the camera takes to get going at the beginning, and to come to rest at the end.
+        Time to accelerate from rest at the beginning, and to decelerate at the end.
     constant_speed : boolean, default false
-        The camera goes its way at one speed; times of the first and last key alone count.
+        Constant speed; only the times of the first and last key are used.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "camera.path"
@@ -558,7 +553,7 @@ class CameraPath(Table):
 
 
 class Camera(Table):
-    """Where the observer is; `kind` chooses the projection.
+    """The observer's camera; `kind` selects the projection.
 
     Kinds
     -----
@@ -567,46 +562,44 @@ class Camera(Table):
     orthographic
         Parallel rays, starting on the image plane.
     fisheye
-        Equal angles from the middle outwards, black beside the circle: a dome master, with what the audience faces at
-        the bottom.
+        Dome master: equidistant, black outside of the circle, front of the audience at the bottom.
     equirectangular
-        All around, longitude by latitude, the target in the middle; twice as wide as high.
+        360° image, longitude by latitude, target in the centre; twice as wide as high.
     cubemap
-        All around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as
-        high as wide.
+        360° image, six faces of a cube above each other, as in OpenEXR environment maps; six times as high as wide.
 
     Parameters
     ----------
     position : position
-        Where the observer is.
+        Position of the observer.
     target : position, default 0 0 0 pc
-        What they look at.
+        Target of the view.
     up : direction, default [0, 1, 0]
-        What is up in the image.
+        Up direction of the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
     crop : list of numbers, default the whole image
-        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+        [column, row, width, height] of the rendered part, in pixels from the upper left corner.
     supersampling : integer, default 1
-        Rays along each side of a pixel, 1 to 16.
+        Rays per pixel edge, 1 to 16.
     stereo : table, default one eye
-        Two eyes beside each other, [camera.stereo].
-    path : table, default the camera stands still
-        How the camera moves, [camera.path].
+        Stereo, [camera.stereo].
+    path : table, default a static camera
+        Camera path, [camera.path].
     field_of_view : angle
         Horizontal field of view, below 180 deg. Of kind perspective, required there.
     width : length
         Width of the image. Of kind orthographic, required there.
     aperture : angle
-        The angle across the circle, up to 360 deg. Of kind fisheye.
+        Angle across the circle, up to 360 deg. Of kind fisheye.
     tilt : angle
-        How far the middle of the image leans from up towards the target, 0 to 180 deg; at 90 deg the target is in the
-        middle. Of kind fisheye.
+        Tilt of the image centre from up towards the target, 0 to 180 deg; at 90 deg the target is in the centre. Of
+        kind fisheye.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "camera"
@@ -662,21 +655,21 @@ def perspective(
     Parameters
     ----------
     position : position
-        Where the observer is.
+        Position of the observer.
     target : position, default 0 0 0 pc
-        What they look at.
+        Target of the view.
     up : direction, default [0, 1, 0]
-        What is up in the image.
+        Up direction of the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
     crop : list of numbers, default the whole image
-        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+        [column, row, width, height] of the rendered part, in pixels from the upper left corner.
     supersampling : integer, default 1
-        Rays along each side of a pixel, 1 to 16.
+        Rays per pixel edge, 1 to 16.
     stereo : table, default one eye
-        Two eyes beside each other, [camera.stereo].
-    path : table, default the camera stands still
-        How the camera moves, [camera.path].
+        Stereo, [camera.stereo].
+    path : table, default a static camera
+        Camera path, [camera.path].
     field_of_view : angle
         Horizontal field of view, below 180 deg.
     """
@@ -714,21 +707,21 @@ def orthographic(
     Parameters
     ----------
     position : position
-        Where the observer is.
+        Position of the observer.
     target : position, default 0 0 0 pc
-        What they look at.
+        Target of the view.
     up : direction, default [0, 1, 0]
-        What is up in the image.
+        Up direction of the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
     crop : list of numbers, default the whole image
-        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+        [column, row, width, height] of the rendered part, in pixels from the upper left corner.
     supersampling : integer, default 1
-        Rays along each side of a pixel, 1 to 16.
+        Rays per pixel edge, 1 to 16.
     stereo : table, default one eye
-        Two eyes beside each other, [camera.stereo].
-    path : table, default the camera stands still
-        How the camera moves, [camera.path].
+        Stereo, [camera.stereo].
+    path : table, default a static camera
+        Camera path, [camera.path].
     width : length
         Width of the image.
     """
@@ -762,31 +755,30 @@ def fisheye(
     aperture: Quantity | None = None,
     tilt: Quantity | None = None,
 ) -> Camera:
-    """A camera: equal angles from the middle outwards, black beside the circle: a dome master, with what the audience faces at the bottom.
+    """A camera: dome master: equidistant, black outside of the circle, front of the audience at the bottom.
 
     Parameters
     ----------
     position : position
-        Where the observer is.
+        Position of the observer.
     target : position, default 0 0 0 pc
-        What they look at.
+        Target of the view.
     up : direction, default [0, 1, 0]
-        What is up in the image.
+        Up direction of the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
     crop : list of numbers, default the whole image
-        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+        [column, row, width, height] of the rendered part, in pixels from the upper left corner.
     supersampling : integer, default 1
-        Rays along each side of a pixel, 1 to 16.
+        Rays per pixel edge, 1 to 16.
     stereo : table, default one eye
-        Two eyes beside each other, [camera.stereo].
-    path : table, default the camera stands still
-        How the camera moves, [camera.path].
+        Stereo, [camera.stereo].
+    path : table, default a static camera
+        Camera path, [camera.path].
     aperture : angle, default 180 deg
-        The angle across the circle, up to 360 deg.
+        Angle across the circle, up to 360 deg.
     tilt : angle, default 0 deg
-        How far the middle of the image leans from up towards the target, 0 to 180 deg; at 90 deg the target is in the
-        middle.
+        Tilt of the image centre from up towards the target, 0 to 180 deg; at 90 deg the target is in the centre.
     """
     return Camera(
         "fisheye",
@@ -817,26 +809,26 @@ def equirectangular(
     stereo: Stereo | None = None,
     path: CameraPath | None = None,
 ) -> Camera:
-    """A camera: all around, longitude by latitude, the target in the middle; twice as wide as high.
+    """A camera: 360° image, longitude by latitude, target in the centre; twice as wide as high.
 
     Parameters
     ----------
     position : position
-        Where the observer is.
+        Position of the observer.
     target : position, default 0 0 0 pc
-        What they look at.
+        Target of the view.
     up : direction, default [0, 1, 0]
-        What is up in the image.
+        Up direction of the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
     crop : list of numbers, default the whole image
-        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+        [column, row, width, height] of the rendered part, in pixels from the upper left corner.
     supersampling : integer, default 1
-        Rays along each side of a pixel, 1 to 16.
+        Rays per pixel edge, 1 to 16.
     stereo : table, default one eye
-        Two eyes beside each other, [camera.stereo].
-    path : table, default the camera stands still
-        How the camera moves, [camera.path].
+        Stereo, [camera.stereo].
+    path : table, default a static camera
+        Camera path, [camera.path].
     """
     return Camera(
         "equirectangular",
@@ -865,26 +857,26 @@ def cubemap(
     stereo: Stereo | None = None,
     path: CameraPath | None = None,
 ) -> Camera:
-    """A camera: all around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as high as wide.
+    """A camera: 360° image, six faces of a cube above each other, as in OpenEXR environment maps; six times as high as wide.
 
     Parameters
     ----------
     position : position
-        Where the observer is.
+        Position of the observer.
     target : position, default 0 0 0 pc
-        What they look at.
+        Target of the view.
     up : direction, default [0, 1, 0]
-        What is up in the image.
+        Up direction of the image.
     size : [width, height], default [512, 512]
         Pixels of the image.
     crop : list of numbers, default the whole image
-        [column, row, width, height] of the part that is rendered, in pixels from the upper left corner.
+        [column, row, width, height] of the rendered part, in pixels from the upper left corner.
     supersampling : integer, default 1
-        Rays along each side of a pixel, 1 to 16.
+        Rays per pixel edge, 1 to 16.
     stereo : table, default one eye
-        Two eyes beside each other, [camera.stereo].
-    path : table, default the camera stands still
-        How the camera moves, [camera.path].
+        Stereo, [camera.stereo].
+    path : table, default a static camera
+        Camera path, [camera.path].
     """
     return Camera(
         "cubemap",
@@ -903,14 +895,14 @@ cubemap = checked(cubemap, "camera")
 
 
 class Albedo(Table):
-    """The part of extinction that scatters.
+    """The scattered fraction of extinction.
 
     Kinds
     -----
     constant
-        The same at every wavelength; albedo = 0.6 is short for it.
+        The same at every wavelength; short form: albedo = 0.6.
     linear
-        Value + slope (lambda - at)/100 nm, cut to 0 to 1.
+        Value + slope (lambda - at)/100 nm, clipped to 0 to 1.
     file
         From a file of wavelength and albedo.
 
@@ -921,7 +913,7 @@ class Albedo(Table):
     slope : number
         Change per 100 nm. Of kind linear.
     at : wavelength
-        Where the value holds. Of kind linear.
+        Wavelength of the value. Of kind linear.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and albedo. Of kind file, required there.
     unit : text
@@ -932,7 +924,7 @@ class Albedo(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "dust.albedo"
@@ -952,7 +944,7 @@ class Albedo(Table):
 
 
 class Phase(Table):
-    """How scattered light is spread over angle; cos θ = +1 is forward.
+    """Angular distribution of scattered light; cos θ = +1 is forward.
 
     Kinds
     -----
@@ -986,7 +978,7 @@ class Phase(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "dust.phase"
@@ -1011,26 +1003,25 @@ class Dust(Table):
     Parameters
     ----------
     density : expression
-        Of the fields, such as "cloud" or "n_H * (1 - x_ion)".
+        Density, an expression of fields such as "cloud" or "n_H * (1 - x_ion)".
     scale : extinction
-        Of density 1: per length ("2 mag/pc" of A_V, "4 /pc" of depth), or for a density in cm-3 per column of
-        hydrogen ("5.32e-22 mag cm2") or of mass ("200 cm2/g", with mass_per_h).
+        Extinction at density 1: per length (A_V of "2 mag/pc", depth of "4 /pc"), or for a density in cm-3 per
+        hydrogen column ("5.32e-22 mag cm2") or mass column ("200 cm2/g", with mass_per_h).
     mass_per_h : number, default required for a scale per mass
-        Mass per hydrogen nucleus in hydrogen atoms, of what the scale is per gram of: 1.4 for all of the gas.
+        Mass per hydrogen nucleus in hydrogen masses, for a scale per gram: 1.4 for all of the gas.
     law : text, default draine03_rv31
         Extinction law.
     r_v : number, default 3.1
-        A(V)/E(B-V), for laws that take it.
-    albedo : number or table, default that of the law's grains
-        Part of extinction that scatters; laws of the Milky Way that are extinction alone take Draine 2003 of the
-        nearest R_V.
+        A(V)/E(B-V), for laws with this parameter.
+    albedo : number or table, default albedo of the law's grains
+        Scattered fraction of extinction; Milky Way laws without grains use Draine 2003 of the nearest R_V.
     phase : table, default isotropic
-        Spread of scattered light over angle.
+        Angular distribution of scattered light.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "dust"
@@ -1058,16 +1049,16 @@ class Dust(Table):
 
 
 class Star(Table):
-    """A star; `kind` chooses the shape of its spectrum, and exactly one scale says how bright it is.
+    """A star; `kind` selects the shape of its spectrum, and exactly one scale its brightness.
 
     Kinds
     -----
     blackbody
         Planck function of a temperature.
     stellar
-        The spectrum of a type of star (library of Pickles 1998, interpolated between its types).
+        Spectrum of a spectral type (library of Pickles 1998, interpolated between types).
     atmosphere
-        A hot star by temperature and gravity (model atmospheres of Kurucz 1993, 10000 to 50000 K).
+        Model atmosphere of a hot star (Kurucz 1993, 10000 to 50000 K).
     power_law
         (lambda/reference)^exponent.
     file
@@ -1080,37 +1071,37 @@ class Star(Table):
     position : position
         Where it is.
     visible : boolean, default true
-        Whether the star itself is drawn, as an unresolved source.
-    luminosity : luminosity, default one scale is needed
+        Draw the star itself as an unresolved source.
+    luminosity : luminosity, default exactly one scale is required
         Bolometric luminosity.
-    radius : length, default one scale is needed
+    radius : length, default exactly one scale is required
         Radius, for black bodies and atmospheres, such as "9.9 Rsun".
-    spectral_luminosity : spectral luminosity, default one scale is needed
+    spectral_luminosity : spectral luminosity, default exactly one scale is required
         Luminosity per wavelength at `wavelength`.
     wavelength : wavelength, default 550 nm
-        Where spectral_luminosity holds.
-    magnitude : magnitude, default one scale is needed
-        Apparent magnitude in `magnitude_band` at `distance`, behind the `extinction` on the way.
+        Wavelength of spectral_luminosity.
+    magnitude : magnitude, default exactly one scale is required
+        Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
     extinction : magnitude, default 0
-        A_V of the dust between the star and who measured its magnitude; it is taken off.
+        A_V between the star and the observer of its magnitude; it is removed.
     extinction_law : text, default gordon23
-        The law of that dust, with R_V = 3.1 where it has one.
+        Extinction law of that dust, with R_V = 3.1 where it applies.
     magnitude_band : text, default johnson-V
         An embedded passband.
     distance : length, default needed with magnitude
-        Where the magnitude was seen from.
-    magnitude_system : text, default vega; required for passbands whose magnitudes are not
+        Distance of the observer of the magnitude.
+    magnitude_system : text, default vega; required for passbands without conventional Vega magnitudes
         Vega or ab.
     temperature : temperature
         Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
     type : text
-        Spectral type, such as "O9.5V" or "K0 III", of the catalogue `stars`. Of kind stellar, required there.
+        Spectral type in the catalogue `stars`, such as "O9.5V" or "K0 III". Of kind stellar, required there.
     log_g : number
-        Surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be. Of kind atmosphere.
+        Surface gravity, log10 of cm s-2; hotter stars require higher values. Of kind atmosphere.
     exponent : number
         Exponent in wavelength. Of kind power_law, required there.
     reference : wavelength
-        Where it is one. Of kind power_law.
+        Wavelength of strength 1. Of kind power_law.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and flux density. Of kind file, required there.
     unit : text
@@ -1121,7 +1112,7 @@ class Star(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "star"
@@ -1179,32 +1170,31 @@ class Star(Table):
 
 
 class StarTable(Table):
-    """Stars of a CSV, one a row. Columns are named like the keys of [[star]], `position` being x, y and z; a unit may
-    stand behind the name, as in `temperature [K]`, and, but for places, in the cell; otherwise lengths are in pc,
-    radii in Rsun, temperatures in K, luminosities in Lsun, magnitudes in mag. An empty cell says nothing; other
-    columns are left out. Any key of [[star]] beside `file` holds for all of its stars. `kind` is "stellar" where
-    there is a column `type`, "blackbody" otherwise. Columns are parted by commas, semicolons, tabs or blanks; lines
-    that begin with `#` are skipped.
+    """Stars of a CSV file, one per row. Columns have the names of [[star]] keys, with x, y and z for `position`; units
+    may follow the name, as in `temperature [K]`, or, except for positions, be in the cell. Defaults are pc for
+    lengths, Rsun for radii, K, Lsun and mag. Empty cells and other columns are ignored. Any key of [[star]] next to
+    `file` applies to all stars. `kind` is "stellar" if there is a column `type`, "blackbody" otherwise. Separators
+    are commas, semicolons, tabs or blanks; lines that begin with `#` are skipped.
 
     Parameters
     ----------
     file : path
-        The CSV: a line of column names, then a star in each row.
-    columns : list of texts, default all that are keys of [[star]]
-        Which columns are read, beside x, y and z.
+        CSV file with a header and one star per row.
+    columns : list of texts, default all keys of [[star]]
+        Columns to read in addition to x, y and z.
     visible : boolean, default true
-        Whether the stars themselves are drawn.
+        Draw the stars themselves.
     magnitude_band : text, default johnson-V
-        An embedded passband, for a column of magnitudes.
+        Embedded passband of a magnitude column.
     distance : length, default needed with magnitudes
-        Where magnitudes were seen from.
-    magnitude_system : text, default vega; required for passbands whose magnitudes are not
+        Distance of the observer of the magnitudes.
+    magnitude_system : text, default vega; required for passbands without conventional Vega magnitudes
         Vega or ab.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "star_table"
@@ -1237,9 +1227,9 @@ class Emission(Table):
     lines
         Lines of given strengths, with or without a power-law continuum.
     ion
-        All lines of an ion from its emissivities; density is n_e n_H in cm-6.
+        All lines of an ion from its emissivities; the density is n_e n_H in cm-6.
     recombination
-        Continuum of recombining hydrogen (free-bound, free-free, two-photon); density is n_e n_H+ in cm-6.
+        Hydrogen continuum (free-bound, free-free, two-photon); the density is n_e n_H+ in cm-6.
     line_list
         A model nebula's lines relative to H-beta.
     file
@@ -1250,35 +1240,36 @@ class Emission(Table):
     name : text, default emission N
         Its name.
     density : expression
-        Of the fields, such as "n_H^2 * x_ion^2".
+        Density, an expression of fields such as "n_H^2 * x_ion^2".
     doppler_fwhm : velocity, default 0 km/s
-        Full width at half maximum of its lines.
+        Full width at half maximum of the lines.
     velocity : list of texts, default at rest
-        How fast it moves along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]: its lines are
-        seen where what comes closer or recedes has them, from the scene's own camera.
+        Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
+        Doppler-shifted as seen from the scene's camera.
     velocity_step : velocity, default 10 km/s
-        Velocities that are told apart: half of a channel or less.
+        Velocity resolution; use half of a channel or less.
     scale : emission coefficient
-        Of density 1 for spectral strength 1, such as "1e-25 W/m3/sr". Of kind lines, line_list, file, required there.
+        Emission coefficient at density 1 and spectral strength 1, such as "1e-25 W/m3/sr". Of kind lines, line_list,
+        file, required there.
     lines : list of tables
         { wavelength = "656.46 nm", strength = 3 }, wavelength in vacuum, strength integrated over the line. Of kind
         lines, required there.
     continuum : number
         Strength per nm at `continuum_at`. Of kind lines.
     continuum_at : wavelength
-        Where the continuum has that strength. Of kind lines.
+        Wavelength of that strength. Of kind lines.
     continuum_exponent : number
         Exponent of the continuum in wavelength. Of kind lines.
     ion : text
-        Such as "H1", "O3", "N2", "S2", of the catalogue `ions`. Of kind ion, required there.
+        Name in the catalogue `ions`, such as "H1", "O3", "N2", "S2". Of kind ion, required there.
     temperature : temperature
-        Of the electrons, 6000 to 15000 K. Of kind ion, recombination, required there.
+        Electron temperature, 6000 to 15000 K. Of kind ion, recombination, required there.
     electron_density : number density
         100 to 1e4 cm-3. Of kind ion, recombination, required there.
     abundance : number
         N_ion / n_H. Of kind ion.
     list : text
-        A name of the catalogue `line-lists`. Of kind line_list, required there.
+        Name in the catalogue `line-lists`. Of kind line_list, required there.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and strength per nm. Of kind file, required there.
     unit : text
@@ -1289,7 +1280,7 @@ class Emission(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "emission"
@@ -1341,37 +1332,37 @@ class Emission(Table):
 
 
 class Gas(Table):
-    """Gas that the scene's stars ionise: which part of it is, how warm it is, and which lines it shines in through the
-    passbands follow from its density and the stars ([docs/gas.md](gas.md)).
+    """Gas ionised by the scene's stars: ionisation, temperature and emission lines follow from its density and the stars
+    ([docs/gas.md](gas.md)).
 
     Parameters
     ----------
     density : expression
-        Nuclei of hydrogen in cm-3, of the fields, such as "n_H".
+        Hydrogen nuclei in cm-3, an expression of fields such as "n_H".
     abundances : text or list, default orion
-        Orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S for one nucleus of hydrogen; of six numbers Mg
-        and Si are left out.
-    voxels : whole number, default a grid's own; 96 for a function
-        Voxels along the longest edge: more than a grid has show its fronts finer.
+        Orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus; six numbers omit Mg and Si.
+    voxels : whole number, default those of the grid; 96 for a function
+        Voxels along the longest edge; more than those of the grid make fronts finer.
     dust_absorption : number, default 0
-        Cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21.
-    temperature : temperature, default where heating and cooling are in balance
-        Of all electrons, 500 to 60000 K, in place of the one that follows.
+        Cross section of dust for ionising light in cm2 per hydrogen nucleus, such as 1e-21.
+    temperature : temperature, default thermal equilibrium
+        Fixed electron temperature, 500 to 60000 K.
     diffuse : text, default outward
-        Where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made.
+        Treatment of recombination light: outward (transported along the stars' rays) or on_the_spot (absorbed where
+        it is emitted).
     doppler_fwhm : velocity, default 0 km/s
-        Full width at half maximum that turbulence gives its lines, with which the thermal one, 19 km/s of hydrogen at
-        8000 K, adds in squares.
+        Turbulent full width at half maximum of the lines; the thermal width, 19 km/s for hydrogen at 8000 K, is added
+        in quadrature.
     velocity : list of texts, default at rest
-        How fast it moves along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]: its lines are
-        seen where what comes closer or recedes has them, from the scene's own camera.
+        Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
+        Doppler-shifted as seen from the scene's camera.
     velocity_step : velocity, default 10 km/s
-        Velocities that are told apart: half of a channel or less.
+        Velocity resolution; use half of a channel or less.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "gas"
@@ -1408,7 +1399,7 @@ class StarField(Table):
     Parameters
     ----------
     seed : integer, default 1
-        Number of the field.
+        Seed of the random field.
     density : density on the sky, default 2000 /deg2
         Stars per solid angle.
     brightest : number, default 8
@@ -1419,7 +1410,7 @@ class StarField(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "background.stars"
@@ -1436,36 +1427,36 @@ class StarField(Table):
 
 
 class StarCatalogue(Table):
-    """Stars of a CSV at infinity, where they are on the sky. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in
-    degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; Gaia's
-    `phot_g_mean_mag`, `phot_bp_mean_mag` and `phot_rp_mean_mag` are known), a second magnitude, `temperature` or
-    `type` for the colour, and `name`;                other columns are left out, and rows without a magnitude. A star
-    whose colour is a second magnitude has both.
+    """Stars of a CSV file at infinity, at their sky positions. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in
+    degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; or Gaia's
+    `phot_g_mean_mag`, `phot_bp_mean_mag`, `phot_rp_mean_mag`), a second magnitude, `temperature` or `type` for the
+    colour, and `name`;                other columns and rows without a magnitude are ignored. A star with two
+    magnitudes has exactly both.
 
     Parameters
     ----------
     file : path
-        The CSV: a line of column names, then a star in each row.
+        CSV file with a header and one star per row.
     axes : text, default observation
-        Observation: the sky lies as [observation] says of every picture, from wherever it is taken; icrs or galactic:
-        x, y and z of the scene are those of the sky.
+        Orientation of the sky. observation: as [observation] places each image, for any camera position; icrs or
+        galactic: the scene's axes are those of the sky.
     magnitude_band : text, default johnson-V
-        An embedded passband, for a column `magnitude`.
-    magnitude_system : text, default vega; required for passbands whose magnitudes are not
+        Embedded passband of a column `magnitude`.
+    magnitude_system : text, default vega; required for passbands without conventional Vega magnitudes
         Vega or ab.
     temperature : temperature, default 5800 K
-        Of stars of which neither type nor temperature nor a second magnitude is known.
+        Temperature of stars without type, temperature or second magnitude.
     epoch : number, default that of the catalogue
-        The year to which stars are moved by their proper motions, columns pmra and pmdec in mas/yr, such as 2026.5.
+        Year to which proper motions (columns pmra and pmdec, mas/yr) are applied, such as 2026.5.
     catalogue_epoch : number, default column ref_epoch; 2000 for HYG
-        The year of the positions, where epoch is given.
+        Year of the positions, with epoch.
     faintest : number, default none
-        Stars of larger magnitudes are left out.
+        Limiting magnitude; fainter stars are skipped.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "background.catalogue"
@@ -1495,7 +1486,7 @@ class StarCatalogue(Table):
 
 
 class Background(Table):
-    """What lies behind the cloud: with a `kind` (the spectra of stars, above) an even light, with `[background.stars]` a
+    """Background of the cloud: with a `kind` (the spectra of stars, above) a uniform light, with `[background.stars]` a
     field of stars.
 
     Kinds
@@ -1503,9 +1494,9 @@ class Background(Table):
     blackbody
         Planck function of a temperature.
     stellar
-        The spectrum of a type of star (library of Pickles 1998, interpolated between its types).
+        Spectrum of a spectral type (library of Pickles 1998, interpolated between types).
     atmosphere
-        A hot star by temperature and gravity (model atmospheres of Kurucz 1993, 10000 to 50000 K).
+        Model atmosphere of a hot star (Kurucz 1993, 10000 to 50000 K).
     power_law
         (lambda/reference)^exponent.
     file
@@ -1516,21 +1507,21 @@ class Background(Table):
     radiance : spectral radiance
         At `wavelength`.
     wavelength : wavelength, default 550 nm
-        Where the radiance holds.
+        Wavelength of the radiance.
     stars : table, default none
-        A field of stars as well.
+        A field of stars.
     catalogue : table, default none
-        Stars of a CSV as well, where they are on the sky.
+        Stars of a CSV at their sky positions.
     temperature : temperature
         Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
     type : text
-        Spectral type, such as "O9.5V" or "K0 III", of the catalogue `stars`. Of kind stellar, required there.
+        Spectral type in the catalogue `stars`, such as "O9.5V" or "K0 III". Of kind stellar, required there.
     log_g : number
-        Surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be. Of kind atmosphere.
+        Surface gravity, log10 of cm s-2; hotter stars require higher values. Of kind atmosphere.
     exponent : number
         Exponent in wavelength. Of kind power_law, required there.
     reference : wavelength
-        Where it is one. Of kind power_law.
+        Wavelength of strength 1. Of kind power_law.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and flux density. Of kind file, required there.
     unit : text
@@ -1541,7 +1532,7 @@ class Background(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "background"
@@ -1581,27 +1572,27 @@ class Background(Table):
 
 
 class Detail(Table):
-    """Noise that continues the spectrum of dust and gas below their voxels, where a pixel sees finer than those: a grid
-    of 128 voxels does not show its edges from near by. It multiplies what eyes see of densities, and keeps their
-    mean; depths of stars and light that scatters more than once are those without it ([docs/method.md](method.md)).
+    """Noise that extends the spectrum of dust and gas below their voxels where pixels resolve it, so that voxels stay
+    invisible close to the cloud. It multiplies the densities seen by the camera and keeps their mean; star depths and
+    multiple scattering ignore it ([docs/method.md](method.md)).
 
     Parameters
     ----------
     seed : integer, default 1
-        Number of the noise.
+        Seed of the noise.
     octaves : integer, default 4
-        Octaves of waves from two voxels downwards, 1 to 8; pixels that do not see them cost nothing.
+        Octaves of waves from two voxels downwards, 1 to 8; unresolved octaves cost nothing.
     strength : number, default 1
-        Factor of the deviations; 0 is none.
-    deviation : number, default as measured on each grid
+        Factor of the deviations; 0 disables detail.
+    deviation : number, default measured on each grid
         Deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough.
-    slope : number, default as measured on each grid
-        N of the spectrum k^-n that is continued; 3.667 is Kolmogorov's.
+    slope : number, default measured on each grid
+        N of the spectrum k^-n; 3.667 is Kolmogorov's.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "detail"
@@ -1619,27 +1610,27 @@ class Detail(Table):
 
 
 class Spectrograph(Table):
-    """Hundreds of narrow passbands side by side, which share one march; FITS files hold them as a cube with a spectral
-    axis ([docs/observing.md](observing.md)).
+    """Hundreds of adjacent narrow passbands that share one march; FITS files store them as a cube with a spectral axis
+    ([docs/observing.md](observing.md)).
 
     Parameters
     ----------
     low : wavelength
-        Where the first channel begins.
+        Lower edge of the first channel.
     high : wavelength
-        Where the last channel ends.
+        Upper edge of the last channel.
     count : integer
-        The number of channels, of equal widths in wavelength, up to 4096.
+        Number of channels of equal width in wavelength, up to 4096.
     resolving_power : number, default none
-        Wavelength over the full width at half maximum of a line, a Gaussian; without it a channel sees what lies
-        within it alone.
+        Resolving power: wavelength over the full width at half maximum of a Gaussian line; by default channels have
+        sharp edges.
     rest_wavelength : wavelength, default the only line in range
-        Of the line, in vacuum, that readers of the cube tell velocities from (RESTWAV).
+        Vacuum wavelength of the line for velocities (RESTWAV).
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "spectrograph"
@@ -1663,7 +1654,7 @@ class Spectrograph(Table):
 
 
 class Band(Table):
-    """Passbands of one's own, beside the sets and embedded passbands of `bands`.
+    """Custom passbands, in addition to the sets and embedded passbands of `bands`.
 
     Kinds
     -----
@@ -1672,24 +1663,24 @@ class Band(Table):
     file
         From a file of wavelength and throughput.
     points
-        Straight lines between points; zero outside of them.
+        Piecewise linear; zero outside.
     top_hat
-        One within centre +- width/2.
+        1 within centre +- width/2.
     gaussian
-        A Gaussian, cut at 2.5 FWHM.
+        A Gaussian, truncated at 2.5 FWHM.
     cos2
         Cos2(pi (lambda - centre)/(2 half_width)).
     polynomial
-        Sum of c_i lambda^i with lambda in um, cut at zero.
+        Sum of c_i lambda^i with lambda in um, clipped at zero.
 
     Parameters
     ----------
     name : text
-        Its name in the output.
+        Name in the output.
     counting : text, default energy
-        What the detector counts: energy (R = T), or photon (R = T lambda/lambda_pivot); embedded passbands know.
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
     passband : text
-        Such as "hst-wfc3-f656n", of the catalogue `passbands`. Of kind catalogue, required there.
+        Name in the catalogue `passbands`, such as "hst-wfc3-f656n". Of kind catalogue, required there.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and throughput. Of kind file, required there.
     unit : text
@@ -1705,9 +1696,9 @@ class Band(Table):
     width : wavelength
         Its full width. Of kind top_hat, required there.
     fwhm : wavelength
-        Its full width at half maximum. Of kind gaussian, required there.
+        Full width at half maximum. Of kind gaussian, required there.
     half_width : wavelength
-        Where it reaches zero on both sides. Of kind cos2, required there.
+        Distance of its zeros from the centre. Of kind cos2, required there.
     coefficients : list of numbers
         C_0, c_1, . Of kind polynomial, required there.
     low : wavelength
@@ -1718,7 +1709,7 @@ class Band(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "band"
@@ -1764,26 +1755,26 @@ class Band(Table):
 
 
 class Glare(Table):
-    """What a telescope or an eye makes of bright points in a picture: spikes, rings, a halo, seeing. It is spread in
-    linear light over all that the picture shows; radiances stay what they are.
+    """Glare of bright points by a telescope or an eye: spikes, rings, a halo, seeing. It is applied to linear display
+    colours; radiances do not depend on it.
 
     Parameters
     ----------
     optics : text, default hubble
-        The telescope, or the eye.
+        Optics of the glare.
     size : number, default 0.5
-        Λ/D at 550 nm in thousandths of the picture's longer edge: how wide spikes and rings are.
+        Size of spikes and rings: λ/D at 550 nm in thousandths of the longer edge.
     rotation : angle, default 0 deg
-        How far the optics are turned, counterclockwise.
+        Rotation of the optics, counterclockwise.
     seeing : number, default 0
-        Full width at half maximum of what the air does, in thousandths of the longer edge.
+        Seeing, full width at half maximum in thousandths of the longer edge.
     halo : number, default 0.02
-        The part of the light that mirrors and lenses scatter around its point.
+        Fraction of light in the halo.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "display.glare"
@@ -1801,33 +1792,33 @@ class Glare(Table):
 
 
 class Display(Table):
-    """Palette and stretch of pictures; they never touch the radiance.
+    """Palette and stretch of display pictures; radiances do not depend on them.
 
     Parameters
     ----------
     palette : text, default natural, or rgb outside the visible
-        Which band is shown in which colour.
+        Assignment of bands to colours.
     matrix : list of numbers, default none
-        A palette of one's own: red, green, blue of the first band, then of the next.
+        Custom palette: red, green, blue of the first band, then of the next.
     balance : boolean, default false
-        Each band is first scaled to its own white, as is usual for narrow bands.
+        Scale each band to its own white, as usual for narrow bands.
     stretch : text, default asinh
         Curve from radiance to brightness.
     strength : number, default the stretch's own
         Its parameter.
     black : number, default 0
-        Radiance that is black [W m-2 sr-1, or of the balanced band].
-    white : number, default the brightest 0.2 % lie above
-        Radiance that is white.
+        Radiance of black [W m-2 sr-1, or of the balanced band].
+    white : number, default level exceeded by the brightest 0.2 %
+        Radiance of white.
     bits : integer, default 8
-        8 or 16: bits of each colour in a .png; a .tif has 16, a .jpg 8.
+        Bits per colour of a .png, 8 or 16; a .tif has 16, a .jpg 8.
     glare : table, default none
-        What optics make of bright points, [display.glare].
+        Glare of bright points, [display.glare].
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "display"
@@ -1859,30 +1850,29 @@ class Display(Table):
 
 
 class Observation(Table):
-    """Where on the sky the picture is taken: images then have world coordinates (RA and Dec or Galactic; TAN, ARC of a
-    dome, CAR of an image of all around), and FITS files the unit that is asked for. Nothing that is rendered depends
-    on it; other files hold radiances.
+    """Sky position of the image and unit of FITS files. Images then have world coordinates (equatorial or Galactic;
+    projection TAN, ARC for domes, CAR for 360° images). Radiances do not depend on it; other files have radiances.
 
     Parameters
     ----------
     target : text
-        The place of the sky in the middle of the camera's whole image (of a dome its own axis, the zenith unless it
-        is tilted): "18h18m48s -13d49m", "18:18:48 -13:49:00" or "274.7 -13.82" in degrees.
+        Sky position of the centre of the whole image (of a dome: its axis, the zenith unless tilted): "18h18m48s
+        -13d49m", "18:18:48 -13:49:00" or "274.7 -13.82" in degrees.
     frame : text, default icrs
-        Icrs or galactic: what the target's two angles are.
+        Frame of the target: icrs or galactic.
     position_angle : angle, default 0 deg
-        Of the picture's up, from north through east; with 0 deg north is up and east left.
+        Position angle of the image's up direction, from north through east; at 0 deg north is up and east left.
     distance : length, default none
-        How far away the middle of an orthographic image is, needed there: its lengths become angles; other cameras
-        stand where they stand and do not ask.
+        Distance of the centre of an orthographic image, which converts lengths to angles; required there, unused by
+        other cameras.
     unit : text, default W m-2 sr-1
-        What FITS files hold: W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R (Rayleigh), photon s-1 m-2 sr-1,
-        mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega.
+        Unit of FITS files: W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R (Rayleigh), photon s-1 m-2 sr-1, electron
+        s-1, mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "observation"
@@ -1900,8 +1890,7 @@ class Observation(Table):
 
 
 class PointSpread(Table):
-    """What spreads the light of a point: several act one after the other. Where there is none, the preset's, or
-    diffraction alone.
+    """Point-spread functions, applied in sequence. Default: those of the preset, otherwise diffraction.
 
     Kinds
     -----
@@ -1910,30 +1899,31 @@ class PointSpread(Table):
     moffat
         Seeing: a core with wings, narrower in red light (Moffat 1969).
     gaussian
-        A Gaussian: jitter of the guiding, diffusion of charge, or a first guess.
+        A Gaussian, for guiding jitter, charge diffusion, or a first estimate.
     kernel
-        An image of a point, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr; its middle is the point.
+        Image of a point source, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr, with the source at its
+        centre.
 
     Parameters
     ----------
     optics : text
-        A telescope whose pupil is known, in place of obstruction and vanes. Of kind airy.
+        Telescope with a known pupil, instead of obstruction and vanes. Of kind airy.
     vanes : integer
-        Vanes that hold the secondary mirror, up to 12. Of kind airy.
+        Number of vanes of the secondary mirror, up to 12. Of kind airy.
     vane_width : number
-        How wide a vane is, as a part of the aperture. Of kind airy.
+        Width of a vane relative to the aperture. Of kind airy.
     rotation : angle
-        How far the optics are turned, counterclockwise. Of kind airy.
+        Rotation of the optics, counterclockwise. Of kind airy.
     fwhm : angle
         Full width at half maximum at `wavelength`. Of kind moffat, gaussian, required there.
     beta : number
-        How steep the wings are, above 1. Of kind moffat.
+        Exponent of the wings, above 1. Of kind moffat.
     wavelength : wavelength
         Where `fwhm` holds. Of kind moffat, gaussian.
     exponent : number
-        The width goes with this power of wavelength. Of kind moffat, gaussian.
+        Exponent of the width in wavelength. Of kind moffat, gaussian.
     file : path
-        The image; of several HDUs or bands the first. Of kind kernel, required there.
+        Image file; by default its first HDU or band. Of kind kernel, required there.
     hdu : text
         Name or number of the HDU of a FITS file, such as "OVERDIST". Of kind kernel.
     pixel_scale : angle
@@ -1942,7 +1932,7 @@ class PointSpread(Table):
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "instrument.psf"
@@ -1980,64 +1970,62 @@ class PointSpread(Table):
 
 
 class Instrument(Table):
-    """What records the picture: a telescope, the air, a detector and its noise. `barnard observe` makes frames of counts
-    and a master of it, with errors and a mask ([docs/observing.md](observing.md)); `barnard render` shows what is
-    there.
+    """Telescope, atmosphere and detector with noise. `barnard observe` writes frames of counts and a master with errors
+    and a mask ([docs/observing.md](observing.md)); `barnard render` ignores it.
 
     Parameters
     ----------
     preset : text, default none
-        An instrument that there is; keys beside it replace what it says.
+        Predefined instrument; other keys override its values.
     aperture : length, default of the preset
-        Diameter of the aperture, needed without a preset.
+        Diameter of the aperture; required without a preset.
     obstruction : number, default 0
-        Diameter of what stands in the middle of the aperture, as a part of it.
+        Diameter of the central obstruction relative to the aperture.
     collecting_area : area, default of the aperture
-        The area that collects light, where it is another: passbands of Hubble hold its obstruction.
+        Collecting area, if not that of aperture and obstruction; Hubble's passbands include its obstruction.
     throughput : number, default 1
-        The part of the light that is recorded, beside what the passband says.
+        Recorded fraction of the light, in addition to the passband.
     psf : list of tables, default airy
-        What spreads the light of a point, one after the other, [[instrument.psf]].
+        Point-spread functions, applied in sequence, [[instrument.psf]].
     pixel_scale : angle, default the picture's
-        The angle that a pixel of the detector sees; the camera's pixels must be as fine.
+        Angle per detector pixel; the camera's pixels must be at least as fine.
     sky : list of texts, default dark
-        Brightness of the sky in mag/arcsec2, such as "21.6 mag": one for all passbands, or one for each.
+        Sky brightness in mag/arcsec2, such as "21.6 mag": one for all passbands, or one per passband.
     allow_foreign_filters : boolean, default false
-        Whether a preset records through passbands of the catalogue that it does not have; those of [[band]] are its
-        own.
+        Allow catalogue passbands of other instruments; those of [[band]] always are.
     sky_system : text, default ab
-        Ab, st or vega: the zero point of `sky`.
+        Magnitude system of `sky`: ab, st or vega.
     subtract_sky : boolean, default true
-        Whether the sky's mean is taken away from the master; its noise stays.
+        Subtract the mean sky from the master; its noise remains.
     dark_current : dark current, default 0 e/s
-        Electrons that a pixel gathers in the dark.
+        Dark current per pixel.
     read_noise : charge, default 0 e
-        Standard deviation of reading a pixel.
+        Read noise per pixel, standard deviation.
     gain : gain, default 1 e/ADU
         Electrons of a count.
     bias : counts, default what reading needs
-        Counts of an empty pixel; six times what reading it scatters by where nothing is said.
+        Counts of an empty pixel; default: six times the read noise.
     full_well : charge, default none
-        Most electrons of a pixel.
+        Full well, electrons per pixel.
     bits : integer, default 16
-        Bits of a count, up to 16.
+        Bits per count, up to 16.
     pixel_size : length, default 10 um
         Edge of a pixel, for cosmic rays.
     cosmic_rays : rate of hits, default 0 /cm2/s
-        Hits of cosmic rays.
+        Rate of cosmic-ray hits.
     mosaic : list of texts, default none
-        The passbands that two by two pixels see, from the upper left along rows: a colour sensor; [] for none.
+        Passbands of 2 x 2 pixels of a colour sensor, row by row from the upper left; [] for none.
     exposure : time, default 60 s
         Exposure of a frame.
     frames : integer, default 1
         Number of frames.
     seed : integer, default 1
-        Number of the noise.
+        Seed of the noise.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "instrument"
@@ -2097,27 +2085,26 @@ class Instrument(Table):
 
 
 class Output(Table):
-    """What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`,
-    `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau`
-    ([docs/shows.md](shows.md)).
+    """Layers and encoding of output files. Layers separate the light by origin: `scattered`, `emission.NAME` of each
+    gas, `background` and `stars`, whose sum is the picture; also `depth` and `tau` ([docs/shows.md](shows.md)).
 
     Parameters
     ----------
     layers : list of texts, default []
-        Light, depth, tau, all or none: layers of an .exr or a .fits.
+        Layers of an .exr or a .fits: light, depth, tau, all or none.
     channels : text, default rgb
-        Rgb or bands: what layers of light hold, linear colours in the picture's exposure or radiances.
+        Contents of light layers: rgb (linear colours at the picture's exposure) or bands (radiances).
     color_space : text, default rec709
-        Rec709 or acescg: primaries of linear colours in an .exr.
+        Primaries of linear colours in an .exr: rec709 or acescg.
     precision : text, default half
-        Half or float: how an .exr holds colours; radiances are float always.
+        Precision of colours in an .exr: half or float; radiances are always float.
     compression : text, default zip
-        None, rle, zips, zip, piz or pxr24: how an .exr is packed; pxr24 keeps 24 bits of each radiance.
+        Compression of an .exr: none, rle, zips, zip, piz or pxr24; pxr24 keeps 24 bits per radiance.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "output"
@@ -2141,51 +2128,49 @@ class Output(Table):
 
 
 class Method(Table):
-    """How spectral integrals are done.
+    """Method of spectral integrals.
 
     Parameters
     ----------
     name : text, default band_quadrature
-        A name of the catalogue `methods`.
+        Name in the catalogue `methods`.
     accuracy : number, default 0.001
         Allowed error: spectral relative to the light without extinction, spatial relative to the image's rms.
     count : integer, default chosen by accuracy
-        Fixed number of nodes, intervals, elements or samples a band, for comparisons.
-    domain : list of texts, default each band's own (projection: that of all bands)
-        Wavelengths between which midpoint, gauss_legendre, preintegrated, analytic and projection work, such as ["300
-        nm", "1 um"].
+        Fixed number of nodes, intervals, elements or samples per band, for comparisons.
+    domain : list of texts, default that of each band (projection: that of all bands)
+        Wavelength range of midpoint, gauss_legendre, preintegrated, analytic and projection, such as ["300 nm", "1
+        um"].
     degree : integer, default 5
-        Degree of the polynomials that stand for spectra in analytic.
-    range : number, default what the scene reaches
-        Largest optical depth that the basis of projection is made for.
+        Degree of the spectral polynomials of analytic.
+    range : number, default largest depth of the scene
+        Largest optical depth of the basis of projection.
     criterion : text, default mean
-        What the exponents of projection minimise over the range: the mean error, the largest, or the mean weighted by
+        Norm that the exponents of projection minimise over the range: mean error, largest error, or mean weighted by
         each filter.
     steps : integer, default chosen by accuracy
-        Fixed number of samples a ray, for comparisons.
+        Fixed number of samples per ray, for comparisons.
     steps_per_voxel : number, default chosen by accuracy
-        0.5 to 100: fixed number of samples in each voxel edge, where `steps` does not say how many a ray has.
+        Fixed number of samples per voxel edge, 0.5 to 100; `steps` takes precedence.
     star_depth_voxels : integer, default chosen by accuracy
-        1 to 12: fixed number of voxels of star depths along one of dust, within the limit of memory.
-    bake : integer, default by the sampling error, 32 to 256
-        4 to 2048: voxels along the longest edge onto which functions are sampled for the fast back ends.
+        Fixed number of star-depth voxels per dust voxel edge, 1 to 12, within the memory limit.
+    bake : integer, default from the sampling error, 32 to 256
+        Voxels along the longest edge of sampled functions, 4 to 2048.
     volumes : text, default single
-        Single or half: how densities and star depths are stored that light is marched through; half is right to 1 in
-        700 and takes half of the memory.
+        Precision of march volumes, single or half; half has errors of up to 1/700 and takes half of the memory.
     sparse : text, default auto
-        Auto, always or never: whether pages of 16 x 16 x 16 voxels in which there is no dust and no gas are left out
-        of the volumes; auto does so where volumes take 64 MiB or more and that saves a quarter.
+        Omit volume pages of 16 x 16 x 16 voxels without dust and gas: auto, always or never; auto does so from 64 MiB
+        on if it saves a quarter.
     bounces : integer, default 1
-        Times that starlight may scatter, 1000 for all; light of gas and background, which comes from everywhere,
-        scatters one time less.
-    exact_stars : integer, default all of up to 8; of more, one that sends over half of the light
-        How many stars, the brightest, are marched one by one; the light of the others is gathered in cells, beyond
-        the neighbourhood of each, by methods of nodes.
+        Largest number of scatterings of starlight, 1000 for all; light of gas and background scatters one time less.
+    exact_stars : integer, default all of up to 8; of more, one that emits over half of the light
+        Number of the brightest stars to march individually; the light of the others is aggregated in cells beyond the
+        neighbourhood of each (methods of nodes only).
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "method"
@@ -2229,24 +2214,24 @@ class Method(Table):
 
 
 class Animation(Table):
-    """A key of the scene that changes from moment to moment: a star's temperature, the dust's scale, the white of the
-    picture. Numbers go from key to key, with units and in lists too; whatever else can be said changes in steps.
+    """An animated key of the scene, such as a star's temperature, the dust's scale or the white level. Numbers are
+    interpolated, with units and in lists; other values change in steps.
 
     Parameters
     ----------
     of : text
-        The key that changes, such as "star[0].temperature", the first star being number 0, or "display.white".
+        Animated key, such as "star[0].temperature" (of the first star) or "display.white".
     times : list of times
-        When it is what `values` say, ascending, such as ["0 s", "4 s"].
+        Ascending times of `values`, such as ["0 s", "4 s"].
     values : list of values
-        What it is then, each as the key itself would say it, all in one unit.
+        Values at these times, written like the key itself, all in one unit.
     interpolation : text, default bezier
-        How values go from key to key.
+        Interpolation between values.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "animation"
@@ -2263,25 +2248,25 @@ class Animation(Table):
 
 
 class Frames(Table):
-    """Which moments of a scene that changes become frames; `barnard render --frames` renders them.
+    """Frames of an animated scene; `barnard render --frames` renders them.
 
     Parameters
     ----------
     frames_per_second : number, default 30
-        How many frames a second has.
+        Frames per second.
     first_frame : integer, default 1
-        The number of the frame that shows the first moment, 0 s.
+        Number of the frame at 0 s.
     duration : time, default until the last key
-        The time from the first frame to the last.
+        Time from the first frame to the last.
     shutter : angle, default 0 deg
-        How long the shutter stays open, of 360 deg for as long as a frame lasts: what moves is blurred.
+        Shutter angle for motion blur; 360 deg is the whole frame time.
     shutter_moments : integer, default 8
-        2 to 256: moments of which a frame with an open shutter is the mean.
+        Number of moments averaged per frame with motion blur, 2 to 256.
 
     Raises
     ------
     SceneError
-        Where a key or a unit is wrong; values out of their range are told when a scene is read.
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
 
     _path = "sequence"

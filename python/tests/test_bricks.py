@@ -94,15 +94,15 @@ def test_no_sweep_asks_for_much(star):
 @pytest.mark.parametrize(
     "change, words",
     [
-        (lambda s: setattr(s, "method", bn.Method(bounces=2)), "scatters once"),
-        (lambda s: setattr(s, "method", bn.Method(name="lookup")), "exponentials"),
-        (lambda s: setattr(s.fields["cloud"], "every", 2), "read as a whole"),
-        (lambda s: setattr(s.fields["cloud"], "low", None), "needs its box"),
-        (lambda s: setattr(s.fields["cloud"], "axes", "xyw"), "each once"),
-        (lambda s: s.fields.update(ball=bn.Sphere(radius="1.5 pc")) or setattr(s.dust, "density", "cloud + ball"), "out of the box"),
+        (lambda s: setattr(s, "method", bn.Method(bounces=2)), "multiple scattering"),
+        (lambda s: setattr(s, "method", bn.Method(name="lookup")), "spectral method"),
+        (lambda s: setattr(s.fields["cloud"], "every", 2), "do not support every"),
+        (lambda s: setattr(s.fields["cloud"], "low", None), "requires a box"),
+        (lambda s: setattr(s.fields["cloud"], "axes", "xyw"), "once each"),
+        (lambda s: s.fields.update(ball=bn.Sphere(radius="1.5 pc")) or setattr(s.dust, "density", "cloud + ball"), "beyond the box"),
         (lambda s: s.fields.update(other=bn.Grid(da.zeros((8, 8, 8)), low="-1 -1 -1 pc", high="1 1 1 pc")), "must have the same"),
-        (lambda s: s.fields.update(other=bn.Grid(da.zeros((16, 16, 16)), low="-1 -1 -1 pc", high="1 1 2 pc")), "its box is another"),
-        (lambda s: s.fields.update(cloud=bn.Grid(cloud(8), low="-1 -1 -1 pc", high="1 1 1 pc")), "no field lies in bricks"),
+        (lambda s: s.fields.update(other=bn.Grid(da.zeros((16, 16, 16)), low="-1 -1 -1 pc", high="1 1 2 pc")), "its box differs"),
+        (lambda s: s.fields.update(cloud=bn.Grid(cloud(8), low="-1 -1 -1 pc", high="1 1 1 pc")), "no field is bricked"),
     ],
 )
 def test_what_bricks_cannot_do_is_said(client, change, words):

@@ -125,10 +125,10 @@ def test_cubes_are_files(tmp_path, unit, bunit):
 @pytest.mark.parametrize(
     "keys, words",
     [
-        (dict(low="700 nm", high="400 nm", count=3), "longer"),
-        (dict(low="400 nm", high="700 nm", count=0), "outside"),
+        (dict(low="700 nm", high="400 nm", count=3), "must exceed"),
+        (dict(low="400 nm", high="700 nm", count=0), "out of range"),
         (dict(low="400 nm", high="700 nm", count=100000), "4096"),
-        (dict(low="400 nm", high="700 nm", count=3, resolving_power=0.1), "outside"),
+        (dict(low="400 nm", high="700 nm", count=3, resolving_power=0.1), "out of range"),
     ],
 )
 def test_what_is_no_spectrograph_is_refused(keys, words):
@@ -144,7 +144,7 @@ def test_what_is_no_velocity_is_refused():
         (["0", "0"], {}, "three components"),
         (["0", "0", "wind"], {}, "wind"),
         (["0", "0", "1e6*z"], {}, "velocity_step"),
-        (["0", "0", "1/(x-x)"], {}, "number wherever"),
+        (["0", "0", "1/(x-x)"], {}, "finite wherever"),
         (None, {"velocity_step": "3 km/s"}, "velocity"),
     ]:
         scene = shell()

@@ -124,12 +124,12 @@ def test_stars_stay_with_the_coordinates_of_every_picture(tmp_path):
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("ra,decc,mag\n1,2,3\n", 'is "decc" meant to be "dec"'),
-        ("ra,dec,colour\n1,2,3\n", "no column of magnitudes"),
+        ("ra,decc,mag\n1,2,3\n", 'did you mean "dec" by "decc"'),
+        ("ra,dec,colour\n1,2,3\n", "no magnitude column"),
         ("ra,dec,mag\n101,95,3\n", "place on the sky.*bad.csv:2"),
-        ("ra,dec,mag\n101,2,bright\n", "no magnitude.*bad.csv:2"),
+        ("ra,dec,mag\n101,2,bright\n", "not a magnitude.*bad.csv:2"),
         ("ra,dec,mag,type\n101,2,3,Q7\n", "bad.csv:2"),
-        ("ra,dec,mag,teff\n101,2,3,-7\n", "temperature.*bad.csv:2"),
+        ("ra,dec,mag,teff\n101,2,3,-7\n", "out of range.*bad.csv:2"),
     ],
 )
 def test_what_is_no_catalogue_is_refused(tmp_path, text, words):
@@ -324,7 +324,7 @@ def test_a_mosaic_has_a_band_in_each_pixel(tmp_path):
         assert np.abs(pulls).max() < 5
     with pytest.raises(bn.BarnardError, match="johnson-U"):
         image.observe({"aperture": "1 m", "mosaic": ["johnson-U"] * 4})
-    with pytest.raises(bn.BarnardError, match="without cousins-R"):
+    with pytest.raises(bn.BarnardError, match="does not name passband cousins-R"):
         image.observe({"aperture": "1 m", "mosaic": bands[:2] * 2})
 
 
@@ -390,7 +390,7 @@ def test_kernels_of_files(tmp_path):
     other = mean[place[0] - 6, place[1] + 12]
     assert abs(other / mean[place] - 0.5) < 0.02
     assert all(mean[place[0] + dy, place[1] + dx] < 0.01 * other for dy, dx in [(6, 12), (-6, -12), (6, -12)])
-    for bad, words in [(np.zeros((3, 3)), "above zero"), (np.full((3, 3), np.nan), "finite"), (np.array([[1, -1.0], [0, 1]]), "negative")]:
+    for bad, words in [(np.zeros((3, 3)), "above zero"), (np.full((3, 3), np.nan), "finite"), (np.array([[1, -1.0], [0, 1]]), "at least zero")]:
         np.save(tmp_path / "bad.npy", bad[None])
         with pytest.raises(bn.SceneError, match=words):
             image.observe({"aperture": "1 m", "psf": [{"kind": "kernel", "file": str(tmp_path / "bad.npy"), "pixel_scale": "1 arcsec"}]})
@@ -399,11 +399,11 @@ def test_kernels_of_files(tmp_path):
 @pytest.mark.parametrize(
     "keys, words",
     [
-        ({"aperture": "1 m", "exposure": "-3 s"}, "not above zero"),
-        ({"aperture": "1 m", "read_noise": "-3 e"}, "negative"),
-        ({"aperture": "1 m", "gain": "0 e/ADU"}, "not above zero"),
-        ({"aperture": "1 m", "obstruction": 1.5}, "outside"),
-        ({"aperture": "1 m", "sky": ["21 mag", "20 mag", "19 mag"]}, "3 magnitudes for 1"),
+        ({"aperture": "1 m", "exposure": "-3 s"}, "must be above zero"),
+        ({"aperture": "1 m", "read_noise": "-3 e"}, "at least zero"),
+        ({"aperture": "1 m", "gain": "0 e/ADU"}, "must be above zero"),
+        ({"aperture": "1 m", "obstruction": 1.5}, "out of range"),
+        ({"aperture": "1 m", "sky": ["21 mag", "20 mag", "19 mag"]}, "found 3"),
         ({"aperture": "1 m", "mosaic": ["johnson-V"]}, "four pixels"),
         ({"aperture": "1 m", "pixel_scale": "0.01 arcsec"}, "finer than the picture"),
         ({"aperture": "1 m", "pixel_scale": "3 deg"}, "wider than the picture"),
@@ -466,7 +466,7 @@ def test_a_frame_of_one_band_is_the_first_image(tmp_path):
 
 def test_instruments_have_filters_of_their_own():
     scene = even(bands=["jwst-miri-f770w"], instrument=bn.Instrument(preset="hst-wfc3-uvis", pixel_scale="2.25 arcsec"))
-    with pytest.raises(bn.BarnardError, match="jwst-miri-f770w for hst-wfc3-uvis is not one of its own"):
+    with pytest.raises(bn.BarnardError, match="jwst-miri-f770w is not a filter of hst-wfc3-uvis"):
         scene.render().observe()
     scene.instrument = bn.Instrument(preset="hst-wfc3-uvis", pixel_scale="2.25 arcsec", allow_foreign_filters=True)
     assert len(scene.render().observe()) == 4

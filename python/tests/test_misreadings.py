@@ -42,7 +42,7 @@ def test_units_and_boxes_of_xarray_are_followed():
     for change, words in (
         (lambda a: a.rename(x="u"), "rename them to x, y and z"),
         (lambda a: a.assign_attrs(units="furlong"), "furlong"),
-        (lambda a: a.assign_coords(x=np.arange(24.0) ** 2), "uneven"),
+        (lambda a: a.assign_coords(x=np.arange(24.0) ** 2), "not uniform"),
     ):
         with pytest.raises(bn.SceneError, match=words):
             bn.Grid(change(array))
@@ -134,7 +134,7 @@ def test_nothing_is_planned_twice():
         (lambda: bn.Scene(stars=bn.Star("0 0 0 pc", temperature="5000 K", luminosity="1 Lsun")), "list of tables"),
         (lambda: setattr(lit(cloud()), "stars", bn.Star("0 0 0 pc", temperature="5000 K", luminosity="1 Lsun")), "list of tables"),
         (lambda: bn.Scene(star=[]), "stars"),
-        (lambda: list(lit(cloud()).sweep({"dust.albedo": 0.5})), "one value"),
+        (lambda: list(lit(cloud()).sweep({"dust.albedo": 0.5})), "single value"),
         (lambda: bn.Scene(bands="V", camera=lit(cloud()).camera).check(), "johnson-V"),
     ],
 )

@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 import subprocess
 import sys
 import time
@@ -19,10 +18,7 @@ if "SLURM_CONF" not in os.environ:
     pytest.skip("NOT CHECKED: no Slurm is at hand; `.ci/slurm start FOLDER` starts one, SLURM_CONF names its configuration", allow_module_level=True)
 
 distributed = pytest.importorskip("distributed")
-at_interrupt = signal.getsignal(signal.SIGINT)
 jobqueue = pytest.importorskip("dask_jobqueue")
-# Its import makes Ctrl-C exit; tests of other files expect KeyboardInterrupt.
-signal.signal(signal.SIGINT, at_interrupt)
 
 
 @pytest.fixture

@@ -19,7 +19,33 @@ use crate::plan::{Choices, Options, Plan};
 use crate::properties::{Section, Table, Value};
 use crate::scene::{Film, Loader, Provenance, Scene};
 
-/// A scene that changes from moment to moment, as it was said.
+/// Animated scene.
+///
+/// # Examples
+/// ```
+/// use barnard::scene::Loader;
+/// use barnard_files::SceneFile;
+///
+/// let text = r#"
+/// bands = "johnson"
+/// camera = { kind = "perspective", position = "0 0 5 pc", field_of_view = "30 deg", size = [8, 8] }
+/// [[star]]
+/// kind = "blackbody"
+/// position = "0 0 0 pc"
+/// temperature = "9000 K"
+/// luminosity = "100 Lsun"
+/// [[animation]]
+/// of = "star[0].temperature"
+/// times = ["0 s", "2 s"]
+/// values = ["9000 K", "30000 K"]
+/// [sequence]
+/// frames_per_second = 10
+/// "#;
+/// let file = SceneFile::parse("flight.toml", "flight", text.into(), Loader::default())?;
+/// let frames = file.sequence()?.frames();
+/// assert_eq!((frames.first, frames.last()), (1, 21));
+/// # Ok::<(), barnard::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Sequence {
     tree: Table,
@@ -35,9 +61,11 @@ impl Sequence {
     /// # Errors
     /// Where nothing of the scene changes, and no `[sequence]` says how long it stands still.
     pub fn new(tree: Table, loader: Loader, scene: &Scene) -> Result<Self> {
-        let wanted = "a scene with a [camera.path], an [[animation]] or a [sequence]; see docs/shows.md";
-        let timeline =
-            scene.timeline.clone().ok_or_else(|| Error::value("scene", format!("{}, of which nothing changes", scene.name), wanted))?;
+        let missing = || {
+            let what = format!("a timeline of scene \"{}\"", scene.name);
+            Error::missing(what, "add a [camera.path], an [[animation]] or a [sequence]; see docs/shows.md")
+        };
+        let timeline = scene.timeline.clone().ok_or_else(missing)?;
         Ok(Self { tree, name: scene.name.clone(), loader, timeline, provenance: scene.provenance.clone() })
     }
 
@@ -206,7 +234,7 @@ impl Held {
             before = Some(plan);
         }
         let (Some(choices), Some(first)) = (choices, display) else {
-            return Err(Error::value("pilot frames", "none", "one frame or more").into());
+            return Err(Error::missing("a pilot frame", "render one frame or more").into());
         };
         let display = if tones.is_empty() { first } else { found(&first, &tones) };
         Ok(Self { choices, display })

@@ -34,6 +34,6 @@ impl RenderStats {
 
     /// The values below zero in words, where there are any.
     pub fn negative_note(&self) -> Option<(String, String)> {
-        (self.negative > 0).then(|| ("negative values".into(), format!("{} pixels of all bands together, left as they are", self.negative)))
+        (self.negative > 0).then(|| ("negative values".into(), format!("{} pixels over all bands, unchanged", self.negative)))
     }
 }

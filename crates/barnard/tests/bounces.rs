@@ -69,7 +69,7 @@ fn forward(g: f64) -> String {
 fn again(scene: &Scene, bounces: usize, samples: u64) -> (Vec<f64>, Vec<f64>) {
     let mut scene = scene.clone();
     scene.method.bounces = bounces;
-    let options = path::Options { first: 2, samples, ..path::Options::default() };
+    let options = path::Options::default().with_first(2).with_samples(samples);
     let mut film = path::Film::default();
     path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
     film.estimates.iter().map(|e| (e.mean, e.error())).unzip()
@@ -209,11 +209,11 @@ bounces = 3
 fn limits_are_said() {
     let scene = |method: &str| parse(&format!("{CAMERA}{BALL}{}{STAR}{METHOD}{method}", forward(0.6)));
     let many = scene("bounces = 3\n");
-    let within = |memory_limit: u64| Plan::new(&many, &Options { memory_limit, ..Options::default() }, &Control::default());
+    let within = |memory_limit: u64| Plan::new(&many, &Options::within(memory_limit), &Control::default());
     let (whole, coarse) = (plan(&many), within(40 << 20).unwrap());
     let cells = |plan: &Plan| plan.scattered_field().as_ref().unwrap().report.cells;
     assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.scattered_field().as_ref().unwrap().bytes() < 40 << 20);
-    let said = |plan: &Plan| plan.notes().into_iter().find(|n| n.0 == "many bounces").unwrap().1;
+    let said = |plan: &Plan| plan.notes().into_iter().find(|n| n.0 == "multiple scattering").unwrap().1;
     assert!(said(&coarse).contains("memory limit") && !said(&whole).contains("memory limit"), "{}", said(&coarse));
     assert!(within(2 << 20).unwrap_err().to_string().contains("memory"));
     let refused = |scene: &Scene| Plan::new(scene, &Options::default(), &Control::default()).unwrap_err().to_string();

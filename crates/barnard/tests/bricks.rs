@@ -194,9 +194,9 @@ fn what_bricks_cannot_do_is_refused() {
         Whole::new(scene, dims, dims.map(|n| vec![0, n]), &Options::default(), &Control::default())
     };
     let refused = |method: &str| whole(&scene(CAMERAS[0], method)).unwrap_err().to_string();
-    assert!(refused("bounces = 2").contains("scatters once"));
+    assert!(refused("bounces = 2").contains("multiple scattering"));
     assert!(refused("exact_stars = 1").contains("exact_stars"));
-    assert!(refused("name = \"lookup\"").contains("exponentials"));
+    assert!(refused("name = \"lookup\"").contains("spectral method"));
     let whole = whole(&scene(CAMERAS[0], "")).unwrap();
     let dims = whole.partition().lattice().dims;
     let fields =
@@ -204,6 +204,6 @@ fn what_bricks_cannot_do_is_refused() {
     let cells = dims.iter().product();
     assert!(whole.march([0; 3], fields(cells), &Control::default()).is_ok());
     let wrong = |fields: BrickFields| whole.march([0; 3], fields, &Control::default()).unwrap_err().to_string();
-    assert!(wrong(fields(cells - 1)).contains("as many as voxels"));
+    assert!(wrong(fields(cells - 1)).contains("one per voxel"));
     assert!(wrong(BrickFields { gas: Vec::new(), ..fields(cells) }).contains("0 of gas"));
 }

@@ -39,7 +39,7 @@ fn the_referee_is_within_chance_of_every_case() {
     let deviations = |folder: &std::path::Path, factor: f64| -> Vec<(f64, f64)> {
         let mut scene = load(folder);
         scene.dust.as_mut().unwrap().sigma_v_per_pc *= factor;
-        let options = path::Options { samples: 256, ..path::Options::default() };
+        let options = path::Options::default().with_samples(256);
         let mut film = path::Film::default();
         path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
         let size = scene.camera.width * scene.camera.height;

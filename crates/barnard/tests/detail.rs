@@ -80,7 +80,7 @@ fn detail_is_that_of_paths() {
     let mut scene = scene(1.5).detail(detail());
     scene.camera = scene.camera.size(6, 4);
     let truth = values(&reference::render(&scene, 1e-4, &Control::default()).unwrap());
-    let options = path::Options { samples: 16_000, ..path::Options::default() };
+    let options = path::Options::default().with_samples(16_000);
     let job_options = Options::default();
     let (image, _) = path::PathTracer::new(options).render(&Job::new(&scene, &job_options).unwrap(), &Control::default()).unwrap();
     let found = difference(&values(&image), &truth);

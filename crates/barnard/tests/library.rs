@@ -112,16 +112,16 @@ type Fault = (fn(&mut Scene), &'static [&'static str]);
 #[test]
 fn what_cannot_be_rendered_is_refused_with_its_place() {
     let faults: [Fault; 21] = [
-        (|s| s.camera = Camera::look_at(DVec3::ONE, DVec3::ONE), &["camera", "its own place"]),
+        (|s| s.camera = Camera::look_at(DVec3::ONE, DVec3::ONE), &["camera", "same position"]),
         (|s| s.camera = Camera::look_at(DVec3::Y, DVec3::ZERO), &["camera", "up"]),
         (|s| s.camera = s.camera.clone().size(0, 9), &["camera", "0 x 9 pixels"]),
         (|s| s.camera = s.camera.clone().field_of_view_deg(190.0), &["camera", "field of view"]),
         (|s| s.camera = s.camera.clone().supersampling(17), &["supersampling", "17"]),
-        (|s| s.bands.clear(), &["bands", "no passband"]),
+        (|s| s.bands.clear(), &["bands", "no passbands"]),
         (|s| s.bands.truncate(1), &["display.palette", "3 bands, the scene has 1"]),
         (|s| s.stars.push(Star::blackbody(Temperature(0.0), Luminosity::suns(1.0))), &["star[1]", "finite"]),
-        (|s| s.stars[0].position.y = f64::NAN, &["star[0].position", "coordinates are numbers"]),
-        (|s| s.dust = s.dust.take().map(|d| d.albedo(1.2)), &["dust", "albedo: 1.2", "between 0 and 1"]),
+        (|s| s.stars[0].position.y = f64::NAN, &["star[0].position", "must be finite"]),
+        (|s| s.dust = s.dust.take().map(|d| d.albedo(1.2)), &["dust", "albedo is 1.2", "between 0 and 1"]),
         (
             |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::named("inverse_wavelength").unwrap(), Scale::per_pc(1.0))),
             &["albedo", "inverse_wavelength"],
@@ -130,13 +130,13 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
             |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::new("short", Short), Scale::per_pc(1.0)).albedo(0.5)),
             &["bands", "short"],
         ),
-        (|s| s.method.steps = Some(0), &["method", "steps: 0", "between 1"]),
-        (|s| s.method.accuracy = f64::NAN, &["method", "accuracy: NaN"]),
-        (|s| s.method.bounces = 0, &["method", "bounces: 0"]),
+        (|s| s.method.steps = Some(0), &["method", "steps is 0", "between 1"]),
+        (|s| s.method.accuracy = f64::NAN, &["method", "accuracy is NaN"]),
+        (|s| s.method.bounces = 0, &["method", "bounces is 0"]),
         (|s| s.dust = s.dust.take().map(|d| Dust { density: Arc::new(Fbm { octaves: 0, ..Fbm::new(1) }), ..d }), &["dust", "octaves"]),
         (|s| s.dust = s.dust.take().map(|d| d.albedo(Albedo::Linear { value: 0.5, slope: f64::NAN, at_um: 0.5 })), &["slope"]),
-        (|s| s.camera.up = DVec3::X, &["camera", "right angles"]),
-        (|s| s.display.white = Level::Radiance(f64::NAN), &["display", "white level: NaN"]),
+        (|s| s.camera.up = DVec3::X, &["camera", "orthonormal"]),
+        (|s| s.display.white = Level::Radiance(f64::NAN), &["display", "white level is NaN"]),
         (|s| (s.display.black, s.display.white) = (Level::Radiance(2.0), Level::Radiance(1.0)), &["display", "above the black"]),
         (|s| s.background = Background::stars(StarField { magnitudes: (9.0, 8.0), ..StarField::default() }), &["background", "9 to 8"]),
     ];
@@ -158,7 +158,7 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
     }
     let mut fewer = made();
     fewer.bands.truncate(1);
-    assert!(Job::planned(&fewer, &Options::default(), &plan).err().unwrap().to_string().contains("those of its plan"));
+    assert!(Job::planned(&fewer, &Options::default(), &plan).err().unwrap().to_string().contains("passbands of the plan"));
 }
 
 /// A back end that has rendered one scene renders the next as a new one does.
@@ -229,7 +229,7 @@ fn objects_refuse_what_they_cannot_be() {
     let cube = Bounds::cube(DVec3::ZERO, 1.0);
     let told = |error: barnard::Error| error.to_string();
     let short = told(Grid::new([2, 2, 2], cube, vec![0.0; 7]).unwrap_err());
-    assert!(short.contains("7 values") && short.contains("2 x 2 x 2"), "{short}");
+    assert!(short.contains("found 7") && short.contains("2 x 2 x 2"), "{short}");
     let negative = told(Grid::new([2, 1, 1], cube, vec![0.0, -1.0]).unwrap_err());
     assert!(negative.contains("[1, 0, 0]") && negative.contains("negative"), "{negative}");
     let nan = told(Grid::new([1, 1, 2], cube, vec![f32::NAN, 0.0]).unwrap_err());

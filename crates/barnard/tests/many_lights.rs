@@ -107,7 +107,7 @@ fn a_field_of_many_lights_scatters_many_times() {
     let scene = scene(text(12, FORWARD, "exact_stars = 0\nbounces = 1000\n"));
     let all = light(&plan(&scene));
     let mut film = path::Film::default();
-    let options = path::Options { samples: 150, ..path::Options::default() };
+    let options = path::Options::default().with_samples(150);
     path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
     let truth: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
     let error = |ours: &[f64]| {

@@ -79,7 +79,7 @@ fn gathered_light_is_that_of_all_stars() {
 fn forward_scattering_misses_the_accuracy_of_propagation() {
     let forward = cloud_with_stars(2, "phase = { kind = \"henyey_greenstein\", g = 0.6 }");
     let plan = Plan::new(&forward, &Options::default(), &Control::default()).unwrap();
-    assert!(plan.notes().iter().any(|(_, words)| words.contains("scatters evenly")));
+    assert!(plan.notes().iter().any(|(_, words)| words.contains("isotropic")));
     assert!(plan.misses_accuracy(), "the phase function is a part of the error");
 }
 

@@ -105,7 +105,7 @@ fn paths_see_a_dome() {
     let control = Control::default();
     let exact: Vec<f64> = reference::render(&scene, 1e-4, &control).unwrap().band(0).collect();
     let mut film = path::Film::default();
-    path::trace(&scene, &path::Options { samples: 600, ..path::Options::default() }, &mut film, &control, &mut |_| ()).unwrap();
+    path::trace(&scene, &path::Options::default().with_samples(600), &mut film, &control, &mut |_| ()).unwrap();
     let found: Vec<f64> = film.estimates.iter().map(|estimate| estimate.mean).collect();
     let (sum, truth): (f64, f64) = (found.iter().sum(), exact.iter().sum());
     assert!((sum / truth - 1.0).abs() < 0.02, "{}", sum / truth);
@@ -167,11 +167,11 @@ target = "0 0 -1 pc"
         barnard_files::parse("dome.toml", "dome", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).map_err(|e| e.to_string())
     };
     for (keys, words) in [
-        ("aperture = \"361 deg\"", "360 deg at most"),
+        ("aperture = \"361 deg\"", "at most 360 deg"),
         ("aperture = \"-10 deg\"", "above zero"),
         ("aperture = \"nan deg\"", "aperture"),
-        ("tilt = \"-1 deg\"", "0 to 180 deg"),
-        ("tilt = \"181 deg\"", "0 to 180 deg"),
+        ("tilt = \"-1 deg\"", "between 0 and 180 deg"),
+        ("tilt = \"181 deg\"", "between 0 and 180 deg"),
         ("field_of_view = \"30 deg\"", "field_of_view"),
     ] {
         let error = read(keys).unwrap_err();
@@ -295,7 +295,14 @@ fn impossible_eyes_are_refused() {
         assert!(own.clone().stereo(stereo).check().is_err(), "{stereo:?}");
     }
     assert!(own.clone().stereo(Stereo::new(0.1, 1.0)).check().is_ok());
-    assert!(own.orthographic_pc(3.0).stereo(Stereo::new(0.1, 1.0)).check().unwrap_err().to_string().contains("start at one point"));
+    assert!(
+        own.orthographic_pc(3.0)
+            .stereo(Stereo::new(0.1, 1.0))
+            .check()
+            .unwrap_err()
+            .to_string()
+            .contains("orthographic camera does not support stereo")
+    );
     for (said, words) in [
         ("eye_distance = \"0 pc\"", "above zero"),
         ("convergence = \"1 pc\"", "eye_distance"),

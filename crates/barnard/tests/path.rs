@@ -21,7 +21,7 @@ fn bouncing(scene: &Scene, bounces: usize) -> Scene {
 
 fn film(scene: &Scene, bounces: usize, samples: u64) -> path::Film {
     let scene = &bouncing(scene, bounces);
-    let options = path::Options { samples, ..path::Options::default() };
+    let options = path::Options::default().with_samples(samples);
     let mut film = path::Film::default();
     path::trace(scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
     assert_eq!(film.bad, 0);
@@ -344,7 +344,7 @@ fn pictures_depend_on_their_seed_alone() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut film = path::Film::default();
         for samples in samples {
-            let options = path::Options { samples: *samples, seed, ..path::Options::default() };
+            let options = path::Options::default().with_samples(*samples).with_seed(seed);
             pool.install(|| path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap());
         }
         film
@@ -360,14 +360,14 @@ fn work_is_kept_and_ended() {
     let scene = parse(&everything(0.5));
     let control = Control::default();
     let mut film = path::Film::default();
-    let options = path::Options { samples: 64, ..path::Options::default() };
+    let options = path::Options::default().with_samples(64);
     let stopped = path::trace(&scene, &options, &mut film, &control, &mut |f| {
         if f.samples >= 16 {
             control.interrupt();
         }
     });
     assert!(matches!(stopped, Err(barnard::Error::Interrupted)) && film.samples == 16);
-    let options = path::Options { samples: 100_000, target_error: Some(0.2), ..path::Options::default() };
+    let options = path::Options::default().with_samples(100_000).with_target_error(Some(0.2));
     path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
     let worst = (0..3).map(|b| film.relative_error(b, 3)).fold(0.0, f64::max);
     assert!(worst <= 0.2 && film.samples < 100_000, "{worst} {}", film.samples);

@@ -80,7 +80,7 @@ fn planned(scene: &Scene, sparse: Sparsity) -> Plan {
 fn planned_with(scene: &Scene, sparse: Sparsity, star_depth_voxels: usize) -> Plan {
     let mut scene = scene.clone();
     scene.method.sparse = sparse;
-    let options = Options { star_depth_voxels, ..Options::default() };
+    let options = Options::default().with_star_depth_voxels(star_depth_voxels);
     Plan::new(&scene, &options, &Control::default()).unwrap()
 }
 

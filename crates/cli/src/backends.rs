@@ -57,7 +57,7 @@ impl TypedValueParser for BackendName {
         let Some(name) = self.lacking.iter().find(|name| value == **name) else {
             return self.known.parse_ref(command, argument, value);
         };
-        let words = format!("this program was built without back end {name}; build it with: cargo run --release -F gpu -- ...\n");
+        let words = format!("this build has no back end {name}; build it with: cargo run --release -F gpu -- ...\n");
         Err(Error::raw(ErrorKind::InvalidValue, words).with_cmd(command))
     }
 
@@ -76,7 +76,7 @@ mod tests {
         let read = |name: &str| parser.parse_ref(&Command::new("barnard"), None, OsStr::new(name));
         assert_eq!(read("cpu").unwrap(), "cpu");
         let lacking = read("gpu").unwrap_err().to_string();
-        assert!(lacking.contains("without back end gpu") && lacking.contains("-F gpu"), "{lacking}");
+        assert!(lacking.contains("no back end gpu") && lacking.contains("-F gpu"), "{lacking}");
         let unknown = read("cpus").unwrap_err().to_string();
         assert!(!unknown.contains("-F gpu"), "{unknown}");
     }

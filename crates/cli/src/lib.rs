@@ -12,7 +12,16 @@ macro_rules! say {
     }};
 }
 
-/// Prints a line on standard error; whoever closed that hears nothing.
+/// Prints a line if details are requested.
+macro_rules! detail {
+    ($($part:tt)*) => {
+        if $crate::IS_VERBOSE.load(std::sync::atomic::Ordering::Relaxed) {
+            say!($($part)*);
+        }
+    };
+}
+
+/// Prints a line on standard error, ignoring a closed pipe.
 macro_rules! complain {
     ($($part:tt)*) => {{
         use std::io::Write as _;
@@ -30,6 +39,7 @@ mod verbs;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{CommandFactory, Parser};
 
@@ -39,13 +49,36 @@ use clap::{CommandFactory, Parser};
 #[derive(Parser)]
 #[command(name = "barnard", version, propagate_version = true)]
 struct Cli {
+    /// Print error bounds, settings and timings
+    #[arg(short, long, global = true)]
+    verbose: bool,
     #[command(subcommand)]
     verb: Option<verbs::Verb>,
 }
 
+/// True if details are requested.
+static IS_VERBOSE: AtomicBool = AtomicBool::new(false);
+
+/// Reference page of all commands (Markdown), from their help.
+pub fn manual() -> String {
+    let mut command = Cli::command();
+    command.build();
+    let verbs = command.get_subcommands_mut().filter(|verb| verb.get_name() != "help");
+    let sections = verbs.map(|verb| {
+        let (name, help) = (verb.get_name().to_owned(), verb.render_long_help().to_string());
+        let lines: Vec<&str> = help.lines().map(str::trim_end).collect();
+        format!("\n## barnard {name}\n\n```text\n{}\n```\n", lines.join("\n").trim_end())
+    });
+    let head =
+        "# Commands\n\nThis page is generated from the program's help (`BLESS=1 cargo test -p barnard-cli --all-features manual`).\n";
+    std::iter::once(head.to_owned()).chain(sections).collect()
+}
+
 /// Runs the command with its arguments, the program's own name first; ends the process where they are none that it has.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let Some(verb) = Cli::parse_from(arguments).verb.or_else(verbs::Verb::unsaid) else {
+    let Cli { verbose, verb } = Cli::parse_from(arguments);
+    IS_VERBOSE.store(verbose, Ordering::Relaxed);
+    let Some(verb) = verb.or_else(verbs::Verb::unsaid) else {
         // As where clap itself misses a verb: the help, and a failure.
         let _ = Cli::command().write_help(&mut std::io::stderr());
         return ExitCode::from(2);

@@ -16,6 +16,6 @@ pub struct Missing {
 impl Missing {
     /// Says how the program is built with it.
     pub fn run(self, verb: &str, feature: &str) -> anyhow::Result<ExitCode> {
-        bail!("this program was built without `barnard {verb}`; build it with: cargo run --release -F {feature} -- {verb}")
+        bail!("this build has no `barnard {verb}`; build it with: cargo run --release -F {feature} -- {verb}")
     }
 }

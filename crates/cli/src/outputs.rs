@@ -25,7 +25,7 @@ const STANDARD: &str = ":-";
 /// The format of an output that goes to the standard output; none where it goes to a file.
 pub fn standard(path: &Path) -> anyhow::Result<Option<&'static Writer>> {
     match path.to_str() {
-        Some("-") => bail!("-o -: say the format of what goes to the standard output, such as -o png:- or -o fits:-"),
+        Some("-") => bail!("-o -: the format of standard output is required; write -o png:- or -o fits:-"),
         Some(name) => Ok(name.strip_suffix(STANDARD).map(|format| writer(Path::new(&format!("standard.{format}")))).transpose()?),
         None => Ok(None),
     }
@@ -40,7 +40,7 @@ pub fn writer_of(path: &Path) -> anyhow::Result<&'static Writer> {
 pub fn files(path: &Path, camera: &Camera) -> anyhow::Result<Vec<PathBuf>> {
     let Some(name) = path.to_str().filter(|name| name.contains(EYE)) else { return Ok(vec![path.to_owned()]) };
     if camera.stereo.is_none() {
-        bail!("-o {name}: {EYE} is the name of an eye, and the scene's camera has one alone; write [camera.stereo], or leave {EYE} out");
+        bail!("-o {name}: {EYE} requires a stereo camera; add [camera.stereo], or remove {EYE}");
     }
     Ok(EYES.map(|eye| PathBuf::from(name.replace(EYE, eye))).to_vec())
 }
@@ -67,7 +67,7 @@ pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf]
     let any = |is: fn(&Writer) -> bool| outputs.iter().any(|path| writer_of(path).is_ok_and(is));
     let (have_layers, show_colours) = (any(|writer| writer.has_layers), any(|writer| writer.is_picture));
     if asked.is_some_and(LayerChoice::is_any) && !have_layers {
-        bail!("--layers: layers go to .exr and .fits files; add -o layers.exr");
+        bail!("--layers requires an .exr or .fits output; add -o layers.exr");
     }
     scene.output.layers = asked.unwrap_or(scene.output.layers);
     Ok(scene.for_files(have_layers, show_colours, memory_limit)?)

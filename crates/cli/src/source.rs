@@ -17,40 +17,40 @@ pub struct SceneArgs {
     /// The scene file (TOML; see docs/scene-format.md)
     #[arg(required_unless_present = "builtin", conflicts_with = "builtin")]
     pub scene: Option<PathBuf>,
-    /// A built-in scene instead of a file; `barnard list scenes` names them
+    /// Built-in scene instead of a file (see `barnard list scenes`)
     #[arg(long, value_name = "NAME")]
     pub builtin: Option<String>,
-    /// Spectral method; `barnard list methods` names them
+    /// Spectral method (see `barnard list methods`)
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
     /// Allowed error, such as 1e-3 (default: the scene's; reference: 1e-5)
     #[arg(long, value_name = "X")]
     pub accuracy: Option<f64>,
-    /// Fixed number of samples a ray, for comparisons
+    /// Fixed number of samples per ray, for comparisons
     #[arg(long, value_name = "N")]
     pub steps: Option<usize>,
     /// Fixed number of nodes, intervals, elements or samples of the method, for comparisons
     #[arg(long, value_name = "N")]
     pub count: Option<usize>,
-    /// Times that starlight may scatter, 1000 for all (default: the scene's)
+    /// Largest number of scatterings of starlight, 1000 for all (default: the scene's)
     #[arg(long, value_name = "N")]
     pub bounces: Option<usize>,
-    /// The view of a [bookmark.NAME] of the scene, in place of its camera
+    /// Use [bookmark.NAME] of the scene instead of its camera
     #[arg(long, value_name = "NAME")]
     pub bookmark: Option<String>,
     /// Size of the image, such as 1920x1080
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(usize, usize)>,
-    /// The part of the image that is rendered, in pixels from its upper left corner, such as 512,0,256,256
+    /// Part of the image to render, in pixels from the upper left corner, such as 512,0,256,256
     #[arg(long, value_name = "COLUMN,ROW,WIDTH,HEIGHT", value_parser = parse_crop)]
     pub crop: Option<[usize; 4]>,
-    /// A key of the scene that says something else, such as 'star.0.temperature=9000 K'; as often as there are keys
+    /// Override a scene key, such as 'star[0].temperature=9000 K' (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Change>,
     /// Number of threads (default: all cores)
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Most memory that one array, grid or image may take [GiB]
+    /// Memory limit of one array, grid or image [GiB]
     #[arg(long, value_name = "GIB", default_value_t = 16.0)]
     pub memory: f64,
 }
@@ -58,7 +58,7 @@ pub struct SceneArgs {
 /// The limit that --memory says [bytes].
 pub fn memory_limit(gib: f64) -> anyhow::Result<u64> {
     if !(gib > 0.0 && gib < 1e6) {
-        bail!("--memory {gib} is no amount of GiB; give a number such as 8");
+        bail!("--memory {gib} is out of range; give a number of GiB such as 8");
     }
     Ok((gib * f64::from(1u32 << 30)) as u64)
 }
@@ -66,11 +66,11 @@ pub fn memory_limit(gib: f64) -> anyhow::Result<u64> {
 fn parse_crop(text: &str) -> Result<[usize; 4], String> {
     let numbers: Option<Vec<usize>> = text.split(',').map(|t| t.trim().parse().ok()).collect();
     let four = numbers.and_then(|numbers| numbers.try_into().ok());
-    four.ok_or_else(|| "a crop is column, row, width and height in whole numbers, such as 512,0,256,256".into())
+    four.ok_or_else(|| "a crop must be column,row,width,height in whole numbers, such as 512,0,256,256".into())
 }
 
 fn parse_size(text: &str) -> Result<(usize, usize), String> {
-    let wrong = || format!("a size is two whole numbers from 1 to {}, such as 1920x1080", barnard::camera::MAX_EDGE);
+    let wrong = || format!("a size must be two whole numbers from 1 to {}, such as 1920x1080", barnard::camera::MAX_EDGE);
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let edge = |t: &str| t.trim().parse().ok().filter(|n| (1..=barnard::camera::MAX_EDGE).contains(n)).ok_or_else(wrong);
     Ok((edge(w)?, edge(h)?))
@@ -97,7 +97,7 @@ impl SceneArgs {
     pub fn open_for(&self, backend: &str) -> anyhow::Result<(SceneFile, Options)> {
         if let Some(threads) = self.threads {
             if !(1..=4096).contains(&threads) {
-                bail!("--threads {threads} cannot be; give a number from 1 to 4096");
+                bail!("--threads {threads} is out of range; give a number from 1 to 4096");
             }
             rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the threads")?;
         }
@@ -111,7 +111,7 @@ impl SceneArgs {
                 SceneFile::open_with("/dev/stdin".as_ref(), &self.set, memory_limit, prepared)?
             }
             (Some(path), None) => SceneFile::open_with(path, &self.set, memory_limit, prepared)?,
-            (None, None) => bail!("no scene; give a file, or --builtin NAME"),
+            (None, None) => bail!("a scene is required; give a file, or --builtin NAME"),
         };
         control.check()?;
         for input in file.scene.inputs.iter().filter(|input| input.is_inferred) {
@@ -133,7 +133,7 @@ impl SceneArgs {
             ("--crop", self.crop.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((flag, _)) => bail!("{flag}: {why}; change its keys instead, such as --set \"camera.size=[640, 480]\""),
+            Some((flag, _)) => bail!("{flag}: {why}; change scene keys instead, such as --set \"camera.size=[640, 480]\""),
             None => Ok(()),
         }
     }
@@ -155,9 +155,9 @@ impl SceneArgs {
             scene.camera = match scene.bookmarks.get(name) {
                 Some(camera) => camera.clone(),
                 None if names.is_empty() => {
-                    bail!("--bookmark {name}: the scene has no bookmarks; write one as [bookmark.{name}], or set one in the explorer")
+                    bail!("--bookmark {name}: the scene has no bookmarks; add [bookmark.{name}], or set one in the explorer")
                 }
-                None => bail!("--bookmark {name}: the scene has no such bookmark; it has {}", names.join(", ")),
+                None => bail!("--bookmark {name}: unknown bookmark; known: {}", names.join(", ")),
             };
         }
         if let Some((width, height)) = self.size {
@@ -174,25 +174,25 @@ impl SceneArgs {
         }
         if let Some(accuracy) = self.accuracy {
             if !(1e-9..=0.5).contains(&accuracy) {
-                bail!("--accuracy {accuracy} lies outside of 1e-9 to 0.5");
+                bail!("--accuracy {accuracy} is out of range; give a number from 1e-9 to 0.5");
             }
             method.accuracy = accuracy;
         }
         if let Some(steps) = self.steps {
             if !(1..=MAX_STEPS as usize).contains(&steps) {
-                bail!("--steps {steps} lies outside of 1 to {MAX_STEPS}");
+                bail!("--steps {steps} is out of range; give a number from 1 to {MAX_STEPS}");
             }
             method.steps = Some(steps);
         }
         if let Some(bounces) = self.bounces {
             if !(1..=MANY_BOUNCES).contains(&bounces) {
-                bail!("--bounces {bounces} lies outside of 1 to {MANY_BOUNCES}");
+                bail!("--bounces {bounces} is out of range; give a number from 1 to {MANY_BOUNCES}");
             }
             method.bounces = bounces;
         }
         if let Some(count) = self.count {
             if !(1..=4096).contains(&count) {
-                bail!("--count {count} lies outside of 1 to 4096");
+                bail!("--count {count} is out of range; give a number from 1 to 4096");
             }
             method.settings.count = Some(count);
         }

@@ -39,7 +39,7 @@ pub const CATALOGUES: &[Catalogue] = &[
         summary: "stellar spectra of the embedded library; types between are interpolated",
         rows: || spectra::sed::star_names().map(|name| (name.to_owned(), spectra::sed::star_summary(name))).collect(),
     },
-    Catalogue { name: "emission", summary: "kinds of glowing gas", rows: || rows(scene::emission_kinds()) },
+    Catalogue { name: "emission", summary: "kinds of emitting gas", rows: || rows(scene::emission_kinds()) },
     Catalogue {
         name: "line-lists",
         summary: "lines of model nebulae",
@@ -61,7 +61,7 @@ pub const CATALOGUES: &[Catalogue] = &[
         summary: "families of embedded passbands",
         rows: || rows(spectra::passband::FAMILIES.iter().map(|f| (f.name, f.summary))),
     },
-    Catalogue { name: "passband-kinds", summary: "kinds of passband of one's own", rows: || rows(scene::band_kinds()) },
+    Catalogue { name: "passband-kinds", summary: "kinds of custom passband", rows: || rows(scene::band_kinds()) },
     Catalogue {
         name: "palettes",
         summary: "colours of bands",
@@ -74,37 +74,37 @@ pub const CATALOGUES: &[Catalogue] = &[
     },
     Catalogue {
         name: "optics",
-        summary: "telescopes and the eye, as pictures show bright points",
+        summary: "optics of glare: telescopes and the eye",
         rows: || rows(barnard::image::optics::OPTICS.iter().map(|o| (o.name, o.summary))),
     },
     Catalogue {
         name: "instruments",
-        summary: "telescopes with detectors, and where their numbers are from",
+        summary: "telescopes with detectors, and their sources",
         rows: || rows(barnard::instrument::PRESETS.iter().map(|p| (p.name, p.summary))),
     },
     Catalogue {
         name: "psfs",
-        summary: "what spreads the light of a point",
+        summary: "point-spread functions",
         rows: || rows(barnard::instrument::psf::KINDS.iter().map(|k| (k.name, k.summary))),
     },
     Catalogue {
         name: "interpolations",
-        summary: "how values go from keyframe to keyframe",
+        summary: "interpolation between keyframes",
         rows: || rows(barnard::animation::INTERPOLATIONS.iter().map(|i| (i.name, i.summary))),
     },
     Catalogue {
         name: "readers",
-        summary: "files that can be read",
+        summary: "readable file formats",
         rows: || formats::READERS.iter().map(|r| (r.extensions.join(", "), r.summary.to_owned())).collect(),
     },
     Catalogue {
         name: "writers",
-        summary: "files that can be written",
+        summary: "writable file formats",
         rows: || rows(formats::WRITERS.iter().map(|w| (w.extension, w.summary))),
     },
     Catalogue {
         name: "grid_writers",
-        summary: "files that grids can be converted to",
+        summary: "file formats of `barnard convert`",
         rows: || rows(formats::GRID_WRITERS.iter().map(|w| (w.extension, w.summary))),
     },
 ];

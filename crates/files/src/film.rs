@@ -57,7 +57,7 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
         && mean.iter().all(|v| v.is_finite())
         && scatter.iter().all(|v| v.is_finite() && *v >= 0.0);
     if !sound {
-        return Err(Error::file(path, "holds no sums of paths: counts, means or scatters are impossible; remove it to begin anew"));
+        return Err(Error::file(path, "is not a valid state of the path tracer; remove it to restart"));
     }
     let estimate = |((count, mean), scatter): ((f64, f64), f64)| Estimate { count: count as u64, mean, scatter };
     let estimates = count.into_iter().zip(mean).zip(scatter).map(estimate).collect();
@@ -89,6 +89,6 @@ impl<'a> Archive<'a> {
     }
 
     fn of_another(&self, what: &str) -> Error {
-        Error::file(self.path, format!("holds paths of another {what}; name another file, or remove this one to begin anew"))
+        Error::file(self.path, format!("is the state of another {what}; use another file, or remove this one to restart"))
     }
 }

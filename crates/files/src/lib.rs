@@ -28,5 +28,5 @@ pub use source::{SceneFiles, read_limited};
 /// Error text of a file format that this build lacks.
 #[cfg(not(all(feature = "hdf5", feature = "gltf")))]
 fn missing_feature(format: &str, feature: &str) -> String {
-    format!("{format} is not part of this build; build with the feature {feature}: cargo build --release -F {feature}")
+    format!("{format} requires the feature {feature}: cargo build --release -F {feature}")
 }

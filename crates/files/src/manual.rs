@@ -42,9 +42,9 @@ fn expressions(page: &mut String) {
     let functions = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
     let _ = writeln!(
         page,
-        "\n**Expressions** have `+ - * / ^` and parentheses, bound as in mathematics (−x² is −(x²); `a^b^c` and `a/-b`, which can be read in two ways, are refused), \
+        "\n**Expressions** have `+ - * / ^` and parentheses with the usual precedence (−x² is −(x²); the ambiguous `a^b^c` and `a/-b` are errors), \
          numbers such as `1e-3`, functions {}, of two arguments {} (`step(a, edge)` is 1 where a ≥ edge; `ln` is natural), x, y, z in pc, and pi. \
-         A field's name has letters, digits and _, and is none of these.",
+         Names of fields have letters, digits and _, and must differ from these.",
         functions(&field::FUNCTIONS),
         functions(&field::FUNCTIONS_OF_TWO)
     );
@@ -63,11 +63,11 @@ fn catalogues(page: &mut String, table: &TableRow, more: impl FnOnce(&mut String
 
 const INTRODUCTION: &str = "# The scene format
 
-This page is made of the program's own catalogues (`BLESS=1 cargo test -p barnard-files --test suite manual` writes it).
+This page is generated from the program's catalogues (`BLESS=1 cargo test -p barnard-files --test suite manual`).
 
-A scene is a TOML file. Quantities are texts with units (`\"656.3 nm\"`, `\"0.4 pc\"`, `\"39000 K\"`, `\"2 mag/pc\"`), positions three numbers and a unit
-(`\"0.5 0 -2 pc\"`), directions lists (`[0, 1, 0]`). Unknown keys are errors. Files are relative to the scene file. Tables with a `kind` choose a row of a
-catalogue; `barnard list CATALOGUE` shows the names that one holds.
+A scene is a TOML file. Quantities are strings with units (`\"656.3 nm\"`, `\"0.4 pc\"`, `\"39000 K\"`, `\"2 mag/pc\"`), positions three numbers and a unit
+(`\"0.5 0 -2 pc\"`), directions lists (`[0, 1, 0]`). Unknown keys are errors. Files are relative to the scene file. In tables, `kind` selects a row of a
+catalogue; `barnard list CATALOGUE` prints the names of one.
 
 ```toml
 bands = \"johnson\"

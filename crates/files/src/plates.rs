@@ -96,23 +96,23 @@ fn write(zip: &mut zip::ZipWriter<impl Write + std::io::Seek>, record: &Record) 
 pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
     let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     let archive = Archive { file: Arc::new(file), path, memory_limit };
-    let wrong = |what: &str| Error::file(path, format!("holds no plates: {what}; `barnard plates` writes such files"));
+    let wrong = |what: &str| Error::file(path, format!("is not a valid plates file: {what}; write it again with `barnard plates`"));
     let facts = archive.array::<f64>("facts", &[9])?;
     let whole = |value: f64, most: f64| (value >= 0.0 && value <= most && value.fract() == 0.0).then_some(value as usize);
     let edge = barnard::camera::MAX_EDGE as f64;
     let (Some(width), Some(height), Some(count)) = (whole(facts[0], edge), whole(facts[1], edge), whole(facts[2], MOST)) else {
-        return Err(wrong("its size cannot be"));
+        return Err(wrong("its size is invalid"));
     };
     let nodes: Vec<Node> = archive.rows("nodes", 2)?.into_iter().map(|row| Node { lambda_um: row[0], k: row[1] }).collect();
     let text = |name: &str| {
         let bytes = archive.any::<f32>(name)?.1.iter().map(|byte| *byte as u8).collect();
-        String::from_utf8(bytes).map_err(|_| wrong("its words are none"))
+        String::from_utf8(bytes).map_err(|_| wrong("its text is invalid"))
     };
     let notes = text("notes")?;
     let notes = notes.lines().filter_map(|line| line.split_once('\t')).map(|(about, said)| (about.to_owned(), said.to_owned())).collect();
     let names = text("geometry")?;
     if names.lines().count() > MOST as usize {
-        return Err(wrong("it binds too much"));
+        return Err(wrong("its fixed values are too many"));
     }
     let bound = |(number, name): (usize, &str)| Ok(Trait { name: name.to_owned(), values: archive.any(&format!("geometry_{number}"))?.1 });
     let traits = names.lines().enumerate().map(bound).collect::<Result<_>>()?;
@@ -124,7 +124,7 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
             0.0 => Route::Scattered { star: of },
             1.0 => Route::Emitted { species: of },
             2.0 => Route::Background,
-            _ => return Err(wrong("a light takes no way that is known")),
+            _ => return Err(wrong("the kind of a light is unknown")),
         };
         let axes = archive.rows(&named("axes"), nodes.len())?;
         let ranges = archive.rows(&named("ranges"), 2)?.into_iter().map(|row| [row[0], row[1]]).collect();
@@ -175,7 +175,7 @@ impl Archive<'_> {
         let (own, values) = self.any(name)?;
         let wanted: Vec<u64> = shape.iter().map(|edge| *edge as u64).collect();
         if own != wanted {
-            return Err(Error::file(self.path, format!("array {name} has the shape {own:?} in place of {wanted:?}")));
+            return Err(Error::file(self.path, format!("array {name} has shape {own:?}, expected {wanted:?}")));
         }
         Ok(values)
     }
@@ -184,7 +184,7 @@ impl Archive<'_> {
     fn rows(&self, name: &str, length: usize) -> Result<Vec<Vec<f64>>> {
         let (own, values) = self.any::<f64>(name)?;
         if own.len() != 2 || own[1] != length as u64 || length == 0 {
-            return Err(Error::file(self.path, format!("array {name} has the shape {own:?} in place of rows of {length}")));
+            return Err(Error::file(self.path, format!("array {name} has shape {own:?}, expected rows of {length}")));
         }
         Ok(values.chunks_exact(length).map(<[f64]>::to_vec).collect())
     }

@@ -30,7 +30,7 @@ impl std::str::FromStr for Change {
     /// Reads KEY=VALUE: the value as TOML, or as a text without quotes.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let (key, value) =
-            text.split_once('=').ok_or_else(|| format!("\"{text}\" is no change; write KEY=VALUE, such as star.0.temperature=9000 K"))?;
+            text.split_once('=').ok_or_else(|| format!("\"{text}\" is invalid; write KEY=VALUE, such as star[0].temperature=9000 K"))?;
         let (key, value) = (key.trim(), value.trim());
         let read = toml::properties("", &format!("value = {value}")).ok().and_then(|table| Some(table.get("value")?.value.clone()));
         Ok(Self { key: key.to_owned(), value: read.unwrap_or_else(|| Value::Text(value.to_owned())) })
@@ -88,7 +88,8 @@ impl SceneFile {
     pub fn parse_with(file: &str, name: &str, mut text: String, changes: &[Change], loader: Loader) -> Result<Self> {
         let mut tree = toml::properties(file, &text)?;
         for Change { key, value } in changes {
-            set(&mut tree, key, value.clone().into()).map_err(|reason| Error::value("key to be set", key, reason))?;
+            set(&mut tree, key, value.clone().into())
+                .map_err(|reason| Error::conflict(format!("cannot set {key}: {reason}"), "check the key with docs/scene-format.md"))?;
         }
         if !changes.is_empty() {
             text = toml::text(&tree);
@@ -139,7 +140,7 @@ pub fn load_by(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) ->
 /// Where it cannot be read, or is too long or no UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     let bytes = read_limited(path, LONGEST)?;
-    String::from_utf8(bytes).map_err(|_| Error::file(path, "is no text in UTF-8; a scene is a TOML file"))
+    String::from_utf8(bytes).map_err(|_| Error::file(path, "is not UTF-8 text; a scene must be a TOML file"))
 }
 
 /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.

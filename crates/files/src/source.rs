@@ -78,7 +78,7 @@ impl SceneFiles {
                 let same = std::fs::metadata(&path).is_ok_and(|m| m.len() == bytes.len() as u64)
                     && std::fs::read(&path).is_ok_and(|own| own == bytes);
                 if !same {
-                    return Err(Error::file(&path, "is there already and is another file than the scene's; choose another folder"));
+                    return Err(Error::file(&path, "already exists and differs from the scene's file; choose another folder"));
                 }
             } else {
                 let parent = path.parent().unwrap_or(folder);
@@ -96,7 +96,7 @@ impl DataSource for SceneFiles {
     }
 
     fn text(&self, name: &str, memory_limit: u64) -> Result<Cow<'static, str>> {
-        let no_text = || Error::file(self.path(name), "is no text in UTF-8");
+        let no_text = || Error::file(self.path(name), "is not UTF-8 text");
         if let Some(bytes) = self.unpack(name) {
             return std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(|_| no_text());
         }

@@ -30,7 +30,7 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
         match error.kind() {
             csv::ErrorKind::Io(error) => Error::file(file, error.to_string()),
             csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                wrong(line, format!("has {len} cells, the line of column names {expected_len}; a cell that says nothing is empty"))
+                wrong(line, format!("has {len} cells, the header {expected_len}; leave missing cells empty"))
             }
             _ => wrong(line, error.to_string()),
         }
@@ -41,7 +41,7 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
         columns.iter_mut().filter(|column| **column == name).for_each(|column| *column = format!("{name} [{unit}]"));
     }
     let Some(line) = reader.get_ref().said.first().copied() else {
-        return Err(wrong(1, "holds no line of column names".into()));
+        return Err(wrong(1, "has no header".into()));
     };
     let mut table = TextTable { columns, line, rows: Vec::new() };
     let mut row = csv::StringRecord::new();
@@ -57,15 +57,15 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
         let before = row.position().map_or(1, |p| p.line() as usize);
         let line = reader.get_ref().said_from(before);
         if is_open(&row) {
-            return Err(wrong(line, "has a quotation mark that is not closed in its line; close it, or remove it from the name".into()));
+            return Err(wrong(line, "has an unclosed quotation mark; close it, or remove it from the name".into()));
         }
         if table.rows.len() == most_rows {
-            return Err(wrong(line, format!("has more than {most_rows} rows, which is most that such a table may have")));
+            return Err(wrong(line, format!("has more than {most_rows} rows, the limit of such a table")));
         }
         table.rows.push((line, row.iter().map(str::to_owned).collect()));
     }
     if table.rows.is_empty() {
-        return Err(wrong(table.line, "holds no rows below its column names".into()));
+        return Err(wrong(table.line, "has no rows below its header".into()));
     }
     Ok(table)
 }
@@ -124,7 +124,7 @@ impl<R: BufRead> SaidLines<R> {
                 head += &lines.line;
             }
             if head.len() + lines.comments.len() > MAX_LINE as usize {
-                let words = "has more than a mebibyte of comments and empty lines above its first row";
+                let words = "has more than 1 MiB of comments and empty lines above its first row";
                 return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, words));
             }
         }
@@ -164,9 +164,9 @@ impl<R: BufRead> SaidLines<R> {
             return Ok(false);
         }
         if bytes.len() as u64 >= MAX_LINE && !bytes.ends_with(b"\n") {
-            return refuse("has a line of more than a mebibyte, which no table of text has");
+            return refuse("has a line of more than 1 MiB");
         }
-        let Ok(text) = std::str::from_utf8(&bytes) else { return refuse("is no text in UTF-8") };
+        let Ok(text) = std::str::from_utf8(&bytes) else { return refuse("is not UTF-8 text") };
         self.count += 1;
         let text = if self.count == 1 { text.strip_prefix('\u{feff}').unwrap_or(text) } else { text };
         let text = text.trim_end_matches('\n');

@@ -124,7 +124,7 @@ impl Source {
             toml_edit::Value::Float(number) => Value::Number(*number.value()),
             toml_edit::Value::Boolean(flag) => Value::Flag(*flag.value()),
             toml_edit::Value::Datetime(date) => {
-                return Err(self.error(toml.span(), name, format!("{} is a date, which no key of a scene is", date.value())));
+                return Err(self.error(toml.span(), name, format!("{} is a date; scenes have no keys of dates", date.value())));
             }
             toml_edit::Value::Array(items) => {
                 let item = |item: &toml_edit::Value| {

@@ -183,15 +183,19 @@ values = {values}
     let wrong: &[(&str, String, &[&str])] = &[
         ("[camera.path]", String::new(), &["no keys", "two or more"]),
         ("[camera.path]", key(0.0, "position = \"0 0 4 pc\""), &["one key"]),
-        ("[camera.path]", [key(1.0, "position = \"0 0 4 pc\""), key(0.5, "position = \"0 0 5 pc\"")].concat(), &["backward", "0.5 s"]),
-        ("[camera.path]", [key(1.0, "position = \"0 0 4 pc\""), key(1.0, "position = \"0 0 5 pc\"")].concat(), &["backward"]),
+        (
+            "[camera.path]",
+            [key(1.0, "position = \"0 0 4 pc\""), key(0.5, "position = \"0 0 5 pc\"")].concat(),
+            &["sort keys by time", "0.5 s"],
+        ),
+        ("[camera.path]", [key(1.0, "position = \"0 0 4 pc\""), key(1.0, "position = \"0 0 5 pc\"")].concat(), &["sort keys by time"]),
         ("[camera.path]", [key(-1.0, "position = \"0 0 4 pc\""), key(1.0, "")].concat(), &["0 s or later"]),
         ("[camera.path]", [key(0.0, "position = \"0 0 nan pc\""), key(1.0, "")].concat(), &["position such as"]),
         ("[camera.path]", [key(0.0, "position = \"0 0 4 pc\"\nup = [nan, 0, 0]"), key(1.0, "")].concat(), &["list of numbers"]),
         ("[camera.path]", [key(0.0, "position = \"0 0 4 pc\"\nup = [0, 0, 0]"), key(1.0, "")].concat(), &["points nowhere"]),
         ("[camera.path]", [key(0.0, "position = \"0 0 4 pc\"\norientation = [0, 0, 1]"), key(1.0, "")].concat(), &["4 numbers"]),
         ("[camera.path]", [key(0.0, "position = \"0 0 4 pc\"\nposition_x = 1"), key(1.0, "")].concat(), &["unknown key", "known: time"]),
-        ("[camera.path]", [key(0.0, "position = \"0 0 0 pc\""), key(1.0, "")].concat(), &["stands on its target"]),
+        ("[camera.path]", [key(0.0, "position = \"0 0 0 pc\""), key(1.0, "")].concat(), &["same position"]),
         (
             "[camera.path]",
             [key(0.0, "position = \"0 0 4 pc\"\ntarget = \"0 0 0 pc\"\ndirection = [0, 0, 1]"), key(1.0, "")].concat(),
@@ -200,28 +204,28 @@ values = {values}
         (
             "[camera.path]",
             [key(0.0, "position = \"0 0 4 pc\""), key(1.0, "aperture = \"180 deg\"")].concat(),
-            &["\"aperture\" goes with kind fisheye only", "perspective"],
+            &["\"aperture\" requires kind fisheye", "perspective"],
         ),
-        ("[camera.path]\nease = \"0.6 s\"", two.clone(), &["ease", "half of it"]),
+        ("[camera.path]\nease = \"0.6 s\"", two.clone(), &["ease", "half of the path"]),
         (
             "[camera.path]\nconstant_speed = true",
             [key(0.0, "target = \"0 0 4 pc\""), key(1.0, "target = \"0 0 5 pc\"")].concat(),
-            &["goes no way"],
+            &["does not move"],
         ),
         ("[camera.path]\ninterpolation = \"cubic\"", two.clone(), &["catmull_rom, bezier"]),
-        ("[camera.path]\nunit = \"1 pc\"", two.clone(), &["unit", "goes with a file"]),
-        ("[camera.path]\nfile = \"a.csv\"", two.clone(), &["not both"]),
+        ("[camera.path]\nunit = \"1 pc\"", two.clone(), &["unit", "requires a file"]),
+        ("[camera.path]\nfile = \"a.csv\"", two.clone(), &["file"]),
         ("[camera.path]\nfile = \"missing.csv\"", String::new(), &["missing.csv"]),
-        (still, track("star[1].temperature", times, values), &["no star[1]", "test.toml:19"]),
+        (still, track("star[1].temperature", times, values), &["star[1] does not exist", "test.toml:19"]),
         (still, track("star[0].temprature", times, values), &["temprature", "temperature"]),
-        (still, track("sequence.shutter", times, values), &["cannot change itself"]),
-        (still, track("star[0].temperature", times, "[\"1 K\", \"2 kK\"]"), &["one unit"]),
-        (still, track("star[0].temperature", "[\"1 s\", \"0 s\"]", values), &["0 s is no later"]),
+        (still, track("sequence.shutter", times, values), &["cannot be animated"]),
+        (still, track("star[0].temperature", times, "[\"1 K\", \"2 kK\"]"), &["same form and unit"]),
+        (still, track("star[0].temperature", "[\"1 s\", \"0 s\"]", values), &["0 s is not later"]),
         (still, track("star[0].temperature", times, "[\"1 K\"]"), &["2 times have 1 values"]),
-        (still, "[sequence]\nframes_per_second = 0".into(), &["more than no frames"]),
+        (still, "[sequence]\nframes_per_second = 0".into(), &["above zero"]),
         (still, "[sequence]\nduration = \"-1 s\"".into(), &["duration"]),
         (still, "[sequence]\nduration = \"1e30 s\"".into(), &["duration"]),
-        (still, "[sequence]\nshutter = \"400 deg\"".into(), &["0 to 360 deg"]),
+        (still, "[sequence]\nshutter = \"400 deg\"".into(), &["between 0 and 360 deg"]),
         (
             still,
             r#"[bookmark.1]
@@ -231,7 +235,7 @@ field_of_view = "30 deg"
 [bookmark.1.path]
 "#
             .into(),
-            &["bookmark stands still"],
+            &["bookmark cannot have a path"],
         ),
     ];
     for (camera, rest, words) in wrong {
@@ -273,9 +277,9 @@ fn a_csv_is_a_path() {
         ("c.csv", "x,y,z\n0,1,2\n1,2,3\n", "time [s]"),
         ("d.csv", "time,x,y,z\n0,1,2,3\n1,2,3,four\n", "d.csv:3, z"),
         ("e.csv", "time,x [parsec],y [parsec],z [parsec]\n0,1,2,3\n1,2,3,4\n", "unknown unit"),
-        ("f.csv", "time,x,y,z\n1,1,2,3\n0.5,2,3,4\n", "backward"),
+        ("f.csv", "time,x,y,z\n1,1,2,3\n0.5,2,3,4\n", "sort keys by time"),
         ("g.csv", "time,x,y,z\n1,1,2,3\n", "one key"),
-        ("h.csv", "time\n0\n1\n", "nothing of a camera"),
+        ("h.csv", "time\n0\n1\n", "not columns of a camera path"),
         ("j.csv", "time,x,y,z,target-x\n0,1,2,3,4\n1,2,3,4,5\n", "did you mean \"target_x\""),
         ("k.csv", "time,x [ly],y,z\n0,1,2,3\n1,2,3,4\n", "different units"),
         ("l.csv", "time,x,y,z\n0,1,,3\n1,2,3,4\n", "\"\" is not a number"),
@@ -320,7 +324,7 @@ fn paths_of_gaia_sky() {
     write("b.gsc", &rows.replace("#fps 20.0\n", ""));
     assert!((of_file("b.gsc").unwrap().sequence().unwrap().frames().count, 1.0) == (2, 1.0));
     for (name, text, words) in [
-        ("c.gsc", "#fps zero\n".to_owned(), "no number of frames"),
+        ("c.gsc", "#fps zero\n".to_owned(), "not a number of frames"),
         ("d.gsc", "0,1,2,3\n".to_owned(), "d.gsc:1"),
         ("e.gsc", "0,1,2,3,4,5,x,7,8,9\n".to_owned(), "\"x\" is not a number"),
         ("f.gsc", String::new(), "no keys"),
@@ -412,15 +416,15 @@ file = "a.gltf""#,
     // What is no path is told, and nothing of it is trusted.
     let (json, bytes) = gltf(&[(0, "rotation", "LINEAR", &[1.0, 3.0], turn)]);
     for (broken, words) in [
-        (json.replace("\"count\": 2", "\"count\": 4000000000"), "lies outside"),
-        (json.replace("\"byteOffset\": 8", "\"byteOffset\": 4000000000"), "lies outside"),
-        (json.replace("\"camera\": 0, ", ""), "no camera"),
-        (json.replace("\"node\": 0", "\"node\": 7"), "is no glTF"),
+        (json.replace("\"count\": 2", "\"count\": 4000000000"), "outside of its buffer"),
+        (json.replace("\"byteOffset\": 8", "\"byteOffset\": 4000000000"), "outside of its buffer"),
+        (json.replace("\"camera\": 0, ", ""), "no animated camera"),
+        (json.replace("\"node\": 0", "\"node\": 7"), "not a glTF"),
         (json.replace("5126", "5121"), "floats"),
         (json.replace("a.bin", "b.bin"), "b.bin"),
         (json.replace("a.bin", "data:application/octet-stream;base64,A?"), "base64"),
-        (json.replace("\"children\": [1]", "\"children\": [0, 1]"), "in a circle"),
-        ("{".into(), "is no glTF"),
+        (json.replace("\"children\": [1]", "\"children\": [0, 1]"), "cycle"),
+        ("{".into(), "not a glTF"),
     ] {
         let told = read((broken.clone(), bytes.clone()));
         assert!(told.as_ref().is_err_and(|error| error.contains(words)), "{broken}: {:?}", told.map(|_| ()));

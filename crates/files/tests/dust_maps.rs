@@ -79,8 +79,8 @@ fn maps_are_cut_and_made_coarse() {
     for (keys, word) in [
         ("memory = \"5 B\"", "no array fits"),
         ("memory = \"5\"", "has no unit"),
-        ("memory = \"5 KiB\"\nevery = 2", "leave one of both out"),
-        ("unit = \"mag/pc\"", "leave unit out"),
+        ("memory = \"5 KiB\"\nevery = 2", "exclude each other"),
+        ("unit = \"mag/pc\"", "remove unit"),
         ("preset = \"edenhofer\"", "edenhofer24"),
     ] {
         let message = if keys.starts_with("preset") { density("mean_and_std_xyz.fits", keys) } else { of(keys) };
@@ -105,7 +105,7 @@ wcs = false
 low = "0 0 0 pc"
 high = "9 7 5 pc""#,
     );
-    assert!(said.map(|_| ()).unwrap_err().contains("one of both is wrong"));
+    assert!(said.map(|_| ()).unwrap_err().contains("correct or remove one"));
     let said = density("mean_std.h5", "array = \"mean\"\nunit = \"mag/kpc\"\nvoxel = \"1 pc\"").unwrap();
     assert!((said.at(DVec3::splat(-3.5)) / 1e-3 - 1.0).abs() < 1e-6);
 }

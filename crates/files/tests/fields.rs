@@ -93,8 +93,8 @@ radius = "1 pc"
         balls + &(0..levels).map(level).collect::<String>()
     };
     for (fields, words) in [
-        (expression("a", "2 * b") + &expression("b", "a + 1"), vec!["a, b", "need each other", "field.a"]),
-        (expression("a", "a + 1"), vec!["need each other", "field.a"]),
+        (expression("a", "2 * b") + &expression("b", "a + 1"), vec!["a, b", "depend on each other", "field.a"]),
+        (expression("a", "a + 1"), vec!["depend on each other", "field.a"]),
         (
             expression("a", "bull + 1")
                 + r#"[field.ball]
@@ -114,7 +114,7 @@ radius = "1 pc"
         (nested(40, "b0 + b0"), vec!["32", "field.b"]),
         (nested(20, "b0 * x + c0"), vec!["1000", "field.b"]),
         ((0..300).map(|i| expression(&format!("e{i}"), "2 * ball")).collect(), vec!["300", "256"]),
-        (expression("a", "2 +"), vec!["no expression", "field.a"]),
+        (expression("a", "2 +"), vec!["not a valid expression", "field.a"]),
         ("[field.a]\nkind = \"expression\"\n".into(), vec!["formula"]),
         (
             r#"[field.a]

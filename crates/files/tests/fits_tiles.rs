@@ -152,7 +152,7 @@ fn impossible_tiles_are_refused() {
     let mut greedy = whole.clone();
     greedy[table..table + 4].copy_from_slice(&100_000u32.to_be_bytes());
     let message = part("a.fits", &greedy, None).unwrap_err();
-    assert!(message.contains("longer than its numbers could be") && message.contains("tile 1"), "{message}");
+    assert!(message.contains("longer than its numbers") && message.contains("tile 1"), "{message}");
     let mut long = whole.clone();
     let value = find(b"ZVAL1   =") + 10;
     long[value..value + 20].copy_from_slice(format!("{:>20}", 1u64 << 62).as_bytes());

@@ -220,16 +220,16 @@ fn links_are_followed() {
 fn what_is_no_grid_is_refused() {
     let bytes = file("latest.h5");
     for (dataset, reason) in [
-        ("texts", "holds texts"),
-        ("records", "holds records"),
-        ("complex", "holds records"),
+        ("texts", "has texts"),
+        ("records", "has records"),
+        ("complex", "has records"),
         ("flat", "4 x 4"),
         ("empty", "empty"),
         ("bfloat", "IEEE 754"),
-        ("twelve_bits", "do not fill their bytes"),
-        ("never_written", "was ever written"),
-        ("blosc", "packed by Blosc"),
-        ("zstd", "packed by Zstandard"),
+        ("twelve_bits", "padding bits"),
+        ("never_written", "almost none were written"),
+        ("blosc", "compressed with Blosc"),
+        ("zstd", "compressed with Zstandard"),
     ] {
         let message = whole(&bytes, Some(&format!("/refused/{dataset}"))).unwrap_err();
         assert!(message.contains(reason) && message.contains(&format!("/refused/{dataset}")), "{dataset}: {message}");
@@ -263,7 +263,7 @@ fn places_are_read() {
     assert_eq!((xarray.order, xarray.unit.as_deref()), ("zyx", Some("m^-3")));
     assert_eq!(xarray.axes, [axis("pc", 0.5, -2.0), axis("pc", -0.25, 3.0), axis("pc", 1.0, 10.0)]);
     let uneven = frame("uneven.nc", Some("density"));
-    assert!(uneven.others[1].as_ref().is_some_and(|other| other.contains("uneven")), "{:?}", uneven.others);
+    assert!(uneven.others[1].as_ref().is_some_and(|other| other.contains("unequal")), "{:?}", uneven.others);
     let bare = frame("no_coordinates.nc", None);
     assert_eq!((bare.order, bare.axes), ("zyx", [None, None, None]));
     // Boxes of yt are in its own unit of length, here of two parsecs.

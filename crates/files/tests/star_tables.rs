@@ -55,12 +55,12 @@ visible = false
     };
     same(&ours.unwrap(), &(one("a, b", "1 -2 3e5 au", "9000 K", "1e28 W") + &one("c", "0 0 1 au", "5000 K", "2 Lsun")));
     let ours = stars("x;y;z;type;magnitude;visible\n1;2;3;o9v;4.5;TRUE\n1;2;4;;5;false\n", "distance = \"400 pc\"\n");
-    assert!(ours.unwrap_err().to_string().contains("\"type\" is missing"));
+    assert!(ours.unwrap_err().to_string().contains("\"type\" is required"));
     let ours = stars("x y z type magnitude visible\n1 2 3 o9v 4.5 TRUE\n1 2 4 a0v 5 false\n", "distance = \"400 pc\"\n");
     let one = |n: u32, z: f64, kind: &str, magnitude: f64| {
         format!(
             r#"[[star]]
-name = "star {n} of table 1"
+name = "star_table[0][{}]"
 kind = "stellar"
 type = "{kind}"
 position = "1 2 {z} pc"
@@ -68,6 +68,7 @@ magnitude = "{magnitude} mag"
 distance = "400 pc"
 visible = {}
 "#,
+            n - 1,
             n == 1
         )
     };
@@ -79,7 +80,7 @@ visible = {}
 #[test]
 fn tables_of_all_kinds_are_read() {
     let one = r#"[[star]]
-name = "star 1 of table 1"
+name = "star_table[0][0]"
 kind = "blackbody"
 position = "1 2 3 pc"
 temperature = "5000 K"
@@ -100,22 +101,22 @@ fn mistakes_are_named() {
     let head = "x,y,z,temperature,luminosity\n";
     let many = head.to_owned() + &"0,0,0,5000,1\n".repeat(20_001);
     for (csv, keys, words) in [
-        ("", "", &["no line of column names", "cluster.csv:1"][..]),
-        (head, "", &["holds no rows"]),
+        ("", "", &["no header", "cluster.csv:1"][..]),
+        (head, "", &["no rows below its header"]),
         ("# nothing\nx,y,temperature\n0,0,1\n", "", &["no column \"z\"", "cluster.csv:2"]),
         ("x,y,z,temprature,luminosity\n0,0,0,5000,1\n", "", &["unknown column \"temprature\"", "\"temperature\"", "cluster.csv:1"]),
         ("x [pc],y,z,temperature,luminosity\n0,0,0,5000,1\n", "", &["different units"]),
         ("x,y,z,x\n0,0,0,0\n", "", &["two columns \"x\""]),
         (&format!("{head}0,0,0,5000,1\n\n0,0,nan,5000,1\n"), "", &["z = \"nan\" is not a number", "cluster.csv:4"]),
         (&format!("{head}0,0,0,5000 m,1\n"), "", &["unknown unit", "cluster.csv:2", "temperature"]),
-        (&format!("{head}0,0,0,-5000,1\n"), "", &["not above zero", "cluster.csv:2"]),
+        (&format!("{head}0,0,0,-5000,1\n"), "", &["must be above zero", "cluster.csv:2"]),
         (&format!("{head}0,0,0,5000\n"), "", &["has 4 cells", "cluster.csv:2"]),
         (&format!("{head}0,,0,5000,1\n"), "", &["y = \"\" is not a number", "cluster.csv:2"]),
         (&format!("name,{head}\"a\nb\",0,0,0,5000,1\nc,0,0,0,-1,1\n"), "", &["quotation mark", "cluster.csv:2"]),
-        (&format!("{head}0,0,0,5000,1\n"), "kind = \"file\"\n", &["no spectra of files", "test.toml"]),
+        (&format!("{head}0,0,0,5000,1\n"), "kind = \"file\"\n", &["spectra from files", "test.toml"]),
         (&format!("{head}0,0,0,5000,1\n"), "columns = [\"radius\"]\n", &["no column \"radius\""]),
         (&format!("{head}0,0,0,\"50\" }}\",1\n"), "", &["cluster.csv:2"]),
-        (&format!("{head}0,0,0,5000,1\n"), "temperature = \"4000 K\"\n", &["is a column of", "test.toml:8"]),
+        (&format!("{head}0,0,0,5000,1\n"), "temperature = \"4000 K\"\n", &["also a column of", "test.toml:8"]),
         (&format!("{head}0,0,0,5000,1\n"), "position = \"0 0 0 pc\"\n", &["unknown key \"position\""]),
         (&format!("{head}0,0,0,5000,1\n"), "kind = \"stellar\"\n", &["type", "cluster.csv:2"]),
         (&many, "", &["more than 20000 rows"]),

@@ -55,11 +55,11 @@ fn lengths_without_a_unit_are_given_one() {
     let cut = bounds("map_uniform", "scale = \"2 pc\"\nlow = \"-9 3.5 -9 pc\"\nhigh = \"9.5 99 99 pc\"").unwrap();
     assert!(close(cut.low, [1.5, 3.5, 1.5]) && close(cut.high, [9.5, 15.5, 15.5]), "{cut:?}");
     let beside = bounds("map_uniform", "scale = \"2 pc\"\nlow = \"50 3 3 pc\"\nhigh = \"60 9 9 pc\"").unwrap_err();
-    assert!(beside.contains("choose a box within it"), "{beside}");
+    assert!(beside.contains("choose a box within the array"), "{beside}");
     let flat = bounds("map_scale", "voxel = \"1 pc\"").unwrap_err();
-    assert!(flat.contains("no cubes") && flat.contains("scale"), "{flat}");
+    assert!(flat.contains("not cubes") && flat.contains("scale"), "{flat}");
     let nothing = density("a.npy", &npy(), "scale = \"1 pc\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
-    assert!(nothing.contains("no lengths of its own"), "{nothing}");
+    assert!(nothing.contains("no lengths to scale"), "{nothing}");
 }
 
 /// Axes that a file turns are turned back: each voxel is where the file's transform puts it.
@@ -142,7 +142,7 @@ fn boxes_by_letter_hold_in_their_order() {
     let bounds = density("edges.h5", &bytes, "", DEFAULT_LIMIT).unwrap().bounds();
     assert!(close(bounds.low, [0.0; 3]) && close(bounds.high, [14.0, 10.0, 12.0]), "{bounds:?}");
     let other = density("edges.h5", &bytes, "axes = \"zyx\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
-    assert!(other.contains("taken as xyz") && other.contains("wcs = false"), "{other}");
+    assert!(other.contains("read as xyz") && other.contains("wcs = false"), "{other}");
     let said = r#"axes = "zyx"
 wcs = false
 low = "0 0 0 pc"

@@ -96,7 +96,7 @@ impl Images {
         control: &Control,
     ) -> Result<(Self, Measured, Vec<f64>)> {
         if observations.is_empty() {
-            return Err(Error::value("data of a fit", "none", "one image or more"));
+            return Err(Error::missing("an image", "fit one image or more"));
         }
         let (mut held, mut start) = (Vec::new(), Vec::new());
         for parameter in parameters {
@@ -278,8 +278,8 @@ impl Images {
             let ideal = recorded(&scene, pictured.image, kernels, control)?;
             let worse = pictured.worse.map(|worse| recorded(&scene, worse, kernels, control)).transpose()?;
             if [ideal.width, ideal.height] != self.sets[number].size {
-                let said = format!("one by which a picture has {} x {} pixels, where its image has others", ideal.width, ideal.height);
-                return Err(Error::value("free parameter", said, "one that leaves pixels as they are: no camera's and no pixel scale"));
+                let problem = format!("a free parameter changes the size of a picture to {} x {} pixels", ideal.width, ideal.height);
+                return Err(Error::conflict(problem, "do not free keys of the camera or the pixel scale"));
             }
             knows &= scene.instrument.is_some();
             self.sets[number].scene = Some(scene);

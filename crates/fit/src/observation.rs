@@ -54,13 +54,13 @@ pub enum Values {
 impl Held {
     /// The planes that they are of a scene.
     fn planes(&self, scene: &Scene) -> Result<Observed> {
-        let wrong = |said: String, wanted: String| Error::value("image to be fitted", format!("{}: {said}", self.name), wanted);
+        let wrong = |found: String, expected: String| Error::mismatch("image to fit", expected, format!("{found} in {}", self.name));
         let plane = |name: String, values: &[f64]| Plane { hdu: 0, name, version: 1, unit: None, values: values.to_vec(), sky: None };
         let mut observed = match &self.values {
             Values::Planes(planes) => planes.clone(),
             Values::Array([bands, height, width], values) => {
                 if *bands != scene.bands.len() {
-                    return Err(wrong(format!("{bands} bands"), format!("{}, those of the scene", scene.bands.len())));
+                    return Err(wrong(format!("{bands} bands"), format!("{} bands, those of the scene", scene.bands.len())));
                 }
                 let names = scene.bands.iter().map(|band| band.name().to_owned());
                 let planes = names.zip(values.chunks_exact((height * width).max(1))).map(|(name, own)| plane(name, own)).collect();
@@ -72,7 +72,7 @@ impl Held {
         let fits = |length: usize| length == names.len() * count;
         if !self.sigma.as_ref().is_none_or(|own| fits(own.len())) || !self.mask.as_ref().is_none_or(|own| fits(own.len())) {
             let wanted = format!("{} bands of {} x {} pixels", names.len(), observed.width, observed.height);
-            return Err(wrong("standard errors or a mask of another shape".into(), wanted));
+            return Err(wrong("standard errors or a mask of another size".into(), wanted));
         }
         let mut add = |name: String, values: Vec<f64>| {
             observed.planes.retain(|plane| plane.name != name);

@@ -23,7 +23,7 @@ pub struct Parameter {
 pub fn parameters(text: &str) -> Result<Vec<Parameter>> {
     let parameters: Vec<Parameter> = text.split(',').map(|part| part.trim().parse()).collect::<Result<_>>()?;
     if let Some(twice) = parameters.iter().enumerate().find(|(i, own)| parameters[..*i].iter().any(|other| other.key == own.key)) {
-        return Err(Error::value("free parameter", format!("{} twice", twice.1.key), "each key once"));
+        return Err(Error::conflict(format!("free parameter {} is listed twice", twice.1.key), "list each key once"));
     }
     Ok(parameters)
 }
@@ -33,11 +33,8 @@ impl std::str::FromStr for Parameter {
 
     fn from_str(text: &str) -> Result<Self> {
         let wrong = || {
-            Error::value(
-                "free parameter",
-                format!("\"{text}\""),
-                "KEY, KEY=LOW..HIGH or KEY~MEAN+-SIGMA, such as star.0.temperature=5000..30000",
-            )
+            let example = "KEY, KEY=LOW..HIGH or KEY~MEAN+-SIGMA, such as star[0].temperature=5000..30000";
+            Error::malformed("free parameter", text, example)
         };
         let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
         let (rest, prior) = match text.split_once('~') {
@@ -72,12 +69,13 @@ pub(crate) struct Held {
 impl Held {
     /// Finds a parameter in a scene; what it says there is given too.
     pub fn of(tree: &Table, parameter: &Parameter) -> Result<(Self, f64)> {
-        let missing = |reason: String| Error::value("free parameter", &parameter.key, reason);
-        let found = get(tree, &parameter.key).map_err(missing)?;
-        let found = found.ok_or_else(|| missing("a key that the scene says: write it there, with the value to begin at".into()))?;
+        let wrong = |problem: String| Error::conflict(format!("free parameter {}: {problem}", parameter.key), "free keys have one number");
+        let found = get(tree, &parameter.key).map_err(wrong)?;
+        let missing = || Error::missing(format!("a start value of {}", parameter.key), "write the key in the scene");
+        let found = found.ok_or_else(missing)?;
         match Form::of(&found.value) {
             Some((form, numbers)) if numbers.len() == 1 => Ok((Self { key: parameter.key.clone(), form }, numbers[0])),
-            _ => Err(missing(format!("one number, where the scene says {}", found.value))),
+            _ => Err(wrong(format!("the scene has {}", found.value))),
         }
     }
 
@@ -91,7 +89,8 @@ impl Held {
 
     /// Says a value in its place.
     pub fn set(&self, tree: &mut Table, value: f64) -> Result<()> {
-        set(tree, &self.key, self.form.value(&[value]).into()).map_err(|reason| Error::value("free parameter", &self.key, reason))
+        set(tree, &self.key, self.form.value(&[value]).into())
+            .map_err(|reason| Error::conflict(format!("free parameter {}: {reason}", self.key), "free another key"))
     }
 }
 

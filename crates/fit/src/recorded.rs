@@ -53,7 +53,7 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
     let image = &model.image;
     if [file.width, file.height] != [image.width, image.height] {
         let reason = format!(
-            "has {} x {} pixels, and the scene's picture {} x {}; give the scene the camera{} of the image",
+            "has {} x {} pixels, the scene's picture {} x {}; give the scene the camera{} of the image",
             file.width,
             file.height,
             image.width,
@@ -64,10 +64,10 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
     }
     let unit = scene.observation.map(|observation| observation.unit).unwrap_or_default();
     if unit.magnitude_system().is_some() {
-        return Err(Error::value(
-            "unit of data to be fitted",
-            unit.fits(),
-            "a linear one, such as MJy/sr: magnitudes have no errors that are normal",
+        return Err(Error::unsupported(
+            format!("unit {}", unit.fits()),
+            "a fit",
+            "use a linear unit such as MJy/sr, because errors of magnitudes are not Gaussian",
         ));
     }
     let used = || scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()).ok());
@@ -75,13 +75,13 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
     for plane in used().flat_map(|plane| [Some(plane), file.errors_of(&plane.name)]).flatten() {
         if let Some(own) = plane.unit.as_deref().filter(|own| !unit.is_spelled(own)) {
             let name = named(plane);
-            let reason = format!("{name} is in {own}, and the scene's pictures are in {}; write unit in [observation]", unit.fits());
+            let reason = format!("{name} is in {own}, the scene's pictures are in {}; set unit in [observation]", unit.fits());
             return Err(Error::file(path, reason));
         }
     }
     if let Some(plane) = used().find(|plane| plane.unit.is_none() && !assumed.unit) {
         let reason = format!(
-            "{} has no unit (BUNIT); write it into the header, or say that it is in {}: --assume unit, in Python assume=\"unit\"",
+            "{} has no unit (BUNIT); add it to the header, or assume {} with --assume unit (Python: assume=\"unit\")",
             named(plane),
             unit.fits()
         );
@@ -90,7 +90,7 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
     let Some(own) = sky_of(image)? else { return Ok(()) };
     if let Some(plane) = used().find(|plane| plane.sky.is_none() && !assumed.place) {
         let reason = format!(
-            "{} does not say where on the sky it is (CTYPE, CRVAL, CRPIX, CD); write it into the header, or say that it lies where the scene has it: --assume place, in Python assume=\"place\"",
+            "{} has no sky coordinates (CTYPE, CRVAL, CRPIX, CD); add them to the header, or assume those of the scene with --assume place (Python: assume=\"place\")",
             named(plane)
         );
         return Err(Error::file(path, reason));
@@ -101,17 +101,14 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
 /// Refuses pixels that lie elsewhere on the sky than those of the model.
 fn lies_there(path: &Path, image: &Image, own: &Sky, theirs: &Sky) -> Result<()> {
     if let Some(reason) = own.differs(theirs) {
-        return Err(Error::file(
-            path,
-            format!("{reason}; give [observation] its frame, or project the image on a plane first (reproject)"),
-        ));
+        return Err(Error::file(path, format!("{reason}; use its frame in [observation], or reproject the image to a tangent plane")));
     }
     let (width, height) = (image.width as f64, image.height as f64);
     for (x, y) in [(0.5, 0.5), (width - 0.5, 0.5), (0.5, height - 0.5), (width - 0.5, height - 0.5)] {
         let apart = own.pixels_apart(theirs, x, y);
         if apart.is_nan() || apart > APART {
             let reason = format!(
-                "lies elsewhere on the sky: pixel ({x}, {y}) is {apart:.2} pixels away from where the scene has it; give [observation] the target and position_angle of the image, and the camera or instrument its pixel scale"
+                "has another sky position: pixel ({x}, {y}) is {apart:.2} pixels from that of the scene; set target and position_angle of [observation], and the pixel scale of the camera or instrument, to those of the image"
             );
             return Err(Error::file(path, reason));
         }
@@ -126,10 +123,8 @@ pub(crate) fn counted(path: &Path, file: &Observed, model: &Header, scene: &Scen
         let plane = file.plane(band.name(), scene.bands.len()).map_err(|reason| Error::file(path, reason))?;
         let (sigma, mask) = (file.errors_of(&plane.name), file.mask_of(&plane.name));
         if sigma.is_none() && scene.instrument.is_none() {
-            let wanted = format!(
-                "has no standard errors of {0}: an HDU {0}{ERROR_SUFFIX} or ERR, or [instrument] in the scene, whose noise is known",
-                plane.name
-            );
+            let wanted =
+                format!("has no standard errors of {0}; add an HDU {0}{ERROR_SUFFIX} or ERR, or [instrument] to the scene", plane.name);
             return Err(Error::file(path, wanted));
         }
         let counts = |pixel: &usize| {
@@ -143,7 +138,7 @@ pub(crate) fn counted(path: &Path, file: &Observed, model: &Header, scene: &Scen
         good.push(own);
     }
     match good.iter().all(Vec::is_empty) {
-        true => Err(Error::file(path, "has no pixel that counts: all are masked, or no numbers")),
+        true => Err(Error::file(path, "has no valid pixel: all are masked or not finite")),
         false => Ok(good),
     }
 }

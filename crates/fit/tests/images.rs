@@ -106,7 +106,7 @@ fn open(folder: &Path, text: &str) -> SceneFile {
 
 /// The picture of a scene by the path tracer, so many paths a pixel.
 fn traced(scene: &Scene, samples: u64) -> Image {
-    let options = barnard::backend::path::Options { samples, ..Default::default() };
+    let options = barnard::backend::path::Options::default().with_samples(samples);
     let mut film = barnard::backend::path::Film::default();
     let control = Control::default();
     barnard::backend::path::trace(scene, &options, &mut film, &control, &mut |_| ()).unwrap();
@@ -282,17 +282,17 @@ fn what_cannot_be_fitted_is_refused() {
     let free = "background.radiance";
     fitted(&own, &[Observation::from(&*path)], free).unwrap();
     refused(scene.replace("20, 16", "20, 15") + &sky("83.82 -5.39"), free, "20 x 16 pixels");
-    refused(scene.clone() + &sky("83.83 -5.39"), free, "elsewhere on the sky");
-    refused(scene.clone() + &sky("83.82 -5.39") + "position_angle = \"20 deg\"\n", free, "elsewhere on the sky");
+    refused(scene.clone() + &sky("83.83 -5.39"), free, "another sky position");
+    refused(scene.clone() + &sky("83.82 -5.39") + "position_angle = \"20 deg\"\n", free, "another sky position");
     refused(scene.clone() + &sky("83.82 -5.39") + "unit = \"MJy/sr\"\n", free, "MJy/sr");
     refused(scene.clone() + &sky("83.82 -5.39") + "unit = \"mag/arcsec2 AB\"\n", free, "linear");
     refused(scene.replace("cousins-R", "cousins-I") + &sky("83.82 -5.39"), free, "no image of passband cousins-I");
     let scaled = scene.replace("[instrument]", "[instrument]\npixel_scale = \"20.7 arcsec\"");
-    refused(scaled + &sky("83.82 -5.39"), "instrument.pixel_scale", "pixels as they are");
+    refused(scaled + &sky("83.82 -5.39"), "instrument.pixel_scale", "pixel scale");
     refused(scene.clone(), "star.0.position", "one number");
-    refused(scene.clone(), "star.0.radius", "write it there");
-    refused(scene.clone(), "star.0.luminosity=1..5", "begins at 1000");
-    refused(scene.clone(), "display.exposure", "write it there");
+    refused(scene.clone(), "star.0.radius", "write the key in the scene");
+    refused(scene.clone(), "star.0.luminosity=1..5", "1000, the start value");
+    refused(scene.clone(), "display.exposure", "write the key in the scene");
     // A picture without errors needs an instrument.
     image.save(&path).unwrap();
     refused(text(TRUTH, "") + &sky("83.82 -5.39"), free, "no standard errors");

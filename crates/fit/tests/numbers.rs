@@ -146,7 +146,7 @@ fn models_may_end() {
     impl Model for Ends {
         fn predict(&mut self, values: &[f64], control: &Control) -> Result<Prediction> {
             if values[1] > self.1 {
-                return Err(barnard::error::Error::value("t", values[1], "less"));
+                return Err(barnard::error::Error::out_of_range("t", values[1], "smaller"));
             }
             self.0.predict(values, control)
         }
@@ -215,7 +215,7 @@ fn what_cannot_be_told_is_said() {
     let error = fit(&mut idle, &data, &free("a, star.0.x"), &[50.0, 5.0], &Control::default()).unwrap_err().to_string();
     assert!(error.contains("star.0.x") && error.contains("depend"), "{error}");
     let error = fitted(&data, &free("a=0..10, t, b"), &[50.0, 1.0, 0.0], None).unwrap_err().to_string();
-    assert!(error.contains("begins at 50"), "{error}");
+    assert!(error.contains("50, the start value"), "{error}");
     let stopped = Control::default();
     stopped.interrupt();
     assert!(fit(&mut Decay { knows: None, calls: 0 }, &data, &free("a, t, b"), &[50.0, 1.0, 0.0], &stopped).is_err());
@@ -228,7 +228,7 @@ fn faint_lights_have_errors() {
     impl Model for Faint {
         fn predict(&mut self, values: &[f64], _: &Control) -> Result<Prediction> {
             if values[0] < 0.0 {
-                return Err(barnard::error::Error::value("light", values[0], "none that is negative"));
+                return Err(barnard::error::Error::out_of_range("light", values[0], "at least zero"));
             }
             let own = |i: usize| f64::from((values[0] * (-place(i)).exp() + values[1]) as f32);
             Ok(Prediction { mean: (0..PLACES).map(own).collect(), sigma: None })

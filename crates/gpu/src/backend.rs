@@ -31,7 +31,7 @@ pub const BACKENDS: &[BackendEntry] = &[
     },
     BackendEntry {
         name: "auto",
-        summary: "gpu where there is a real one that does the method, otherwise cpu; says which and why",
+        summary: "gpu if a real device supports the method, otherwise cpu; prints the choice and the reason",
         planned: true,
         device: DeviceUse::IfReal,
         open: |_| Ok(Box::new(Auto::new(Tuning::default()))),
@@ -112,7 +112,7 @@ impl OnDevice {
     fn march_again(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
         match self.march(plan, control) {
             Err(GpuError::Lost(why)) => {
-                self.warnings.push(format!("the device gave up: {why}"));
+                self.warnings.push(format!("the device failed: {why}"));
                 (self.renderer, self.taken) = (None, None);
                 self.gpu = (self.reopen)().map_err(|_| GpuError::Lost(why))?;
                 self.march(plan, control)
@@ -141,7 +141,7 @@ impl Backend for OnDevice {
         if self.lost.is_none() {
             match self.march_again(plan, control) {
                 Err(GpuError::Lost(why)) => {
-                    self.warnings.push(format!("the device gave up: {why}"));
+                    self.warnings.push(format!("the device failed: {why}"));
                     self.lost = Some(why);
                 }
                 done => return Ok(done?),
@@ -180,7 +180,7 @@ impl Backend for OnDevice {
     }
 
     fn instead(&self) -> Option<String> {
-        self.lost.as_ref().map(|why| format!("the device gave up: {why}"))
+        self.lost.as_ref().map(|why| format!("the device failed: {why}"))
     }
 
     fn move_star(&mut self, star: usize, place: DVec3) -> barnard::Result<Option<f64>> {

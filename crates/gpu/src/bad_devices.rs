@@ -85,7 +85,7 @@ fn what_is_too_large_is_refused() {
     let limits = wgpu::Limits { max_texture_dimension_3d: 16, ..wgpu::Limits::default() };
     let edges = (limits, "16", "at most 14 voxels");
     let limits = wgpu::Limits { max_sampled_textures_per_shader_stage: 1, ..wgpu::Limits::default() };
-    let textures = (limits, "at most 1;", "at most 4 of them together");
+    let textures = (limits, "at most 1;", "use at most 4 volumes");
     let limits = wgpu::Limits { max_storage_buffer_binding_size: 1 << 10, ..wgpu::Limits::default() };
     let tables = (limits, "tables", "on the processor");
     let limits = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..wgpu::Limits::default() };
@@ -128,7 +128,7 @@ fn the_processor_renders_what_a_device_cannot_hold() {
 #[test]
 fn no_room_is_an_error_that_says_what_fits() {
     let words = GpuError::Memory(3 << 30).to_string();
-    assert!(words.contains("3072 MiB") && words.contains("half the voxels") && words.contains("on the processor"), "{words}");
+    assert!(words.contains("3072 MiB") && words.contains("fewer voxels") && words.contains("on the processor"), "{words}");
 }
 
 /// Light that a device has no room to sweep, or that goes in the middle of it, is swept by the processor, with the same
@@ -144,7 +144,7 @@ fn the_processor_sweeps_what_a_device_cannot() {
             options.sweeper = Some(Arc::new(Ordinates::new(gpu.clone())));
         }
         let plan = Plan::sampled(&scene, &options, 40, control).unwrap();
-        let words = plan.notes().into_iter().find(|note| note.0 == "many bounces").unwrap().1;
+        let words = plan.notes().into_iter().find(|note| note.0 == "multiple scattering").unwrap().1;
         (plan.scattered_field().unwrap().volumes.iter().flat_map(|v| v.rows().collect::<Vec<_>>().concat()).collect::<Vec<f32>>(), words)
     };
     let small = Gpu::limited(wgpu::Limits { max_storage_buffer_binding_size: 1 << 20, ..wgpu::Limits::default() }).unwrap();
@@ -157,8 +157,10 @@ fn the_processor_sweeps_what_a_device_cannot() {
         }
     });
     let (truth, words) = plan(None, &Control::default());
-    assert!(words.contains("swept on cpu in"), "{words}");
-    for (gpu, control, why) in [(&small, Control::default(), "this device takes at most 1048576"), (&lost, takes_away, "gave up")] {
+    assert!(words.contains("computed on cpu in"), "{words}");
+    for (gpu, control, why) in
+        [(&small, Control::default(), "this device supports at most 1048576"), (&lost, takes_away, "the device failed")]
+    {
         let (volumes, words) = plan(Some(gpu), &control);
         assert!(words.contains(&format!("swept on cpu ({}: ", gpu.name())) && words.contains(why), "{words}");
         assert!(volumes == truth);
@@ -190,9 +192,10 @@ fn the_processor_traces_what_a_device_cannot() {
         true
     };
     let goes_on = |_: u64, _: u64| true;
-    for (gpu, watch, why) in
-        [(&small, &goes_on as &(dyn Fn(u64, u64) -> bool + Sync), "this device takes at most 262144"), (&lost, &takes_away, "gave up")]
-    {
+    for (gpu, watch, why) in [
+        (&small, &goes_on as &(dyn Fn(u64, u64) -> bool + Sync), "this device supports at most 262144"),
+        (&lost, &takes_away, "the device failed"),
+    ] {
         let found = solved(Some(gpu), watch);
         assert!(found.by.starts_with(&format!("cpu ({}: ", gpu.name())) && found.by.contains(why), "{}", found.by);
         assert!(found.quantities == truth.quantities);

@@ -271,7 +271,7 @@ impl Gpu {
         if back.as_ref().is_none_or(|b| b.size() < bytes) {
             *back = Some(self.buffer(bytes, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST));
         }
-        let Some(staging) = back else { return Err(lost("no room to read back")) };
+        let Some(staging) = back else { return Err(lost("no memory to read back")) };
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(from, 0, staging, 0, bytes);
         self.queue.submit([encoder.finish()]);

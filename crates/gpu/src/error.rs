@@ -2,6 +2,7 @@
 
 /// One variant for each thing that a user can do something about.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// The renderer failed, or the user wished to stop.
     #[error(transparent)]
@@ -13,11 +14,11 @@ pub enum GpuError {
     #[error("the adapter \"{0}\" cannot be used: {1}; render on the processor")]
     Device(String, String),
     /// A method that no shader has.
-    #[error("method \"{0}\" does not run on the GPU; render on the processor or take another method, such as band_quadrature")]
+    #[error("method \"{0}\" is not supported on the GPU; render on the processor or use another method, such as band_quadrature")]
     Method(String),
     /// A closed form whose terms cancel.
     #[error(
-        "the polynomial of {light} in {band} loses its digits in single precision, which is all that a GPU has; render on the processor, or take a wider domain, a lower degree, or another method"
+        "the polynomial of {light} in {band} cancels in single precision; render on the processor, or use a wider domain, a lower degree, or another method"
     )]
     Digits {
         /// The light whose terms cancel.
@@ -26,18 +27,18 @@ pub enum GpuError {
         band: String,
     },
     /// Dust that cannot be evaluated at every sample.
-    #[error("only dust that is one field of kind \"fbm\" is evaluated on the fly; other dust is sampled to a grid")]
+    #[error("--on-the-fly requires dust of a single field of kind \"fbm\"; remove it to sample other dust to a grid")]
     NoCloud,
     /// A star that there is not, or that has no depths on the device.
     #[error(
-        "star number {0} has no depths on the device: the plan has {1} stars, and needs dust and a method that reads star depths; stars whose light is gathered have none"
+        "star number {0} of {1} has no depths on the device; they require dust, a method that reads star depths, and a star that is not aggregated"
     )]
     NoStar(usize, usize),
     /// A star whose depths, or the dust on the way, stand in pages.
-    #[error("the depths of star number {0} leave empty parts of the volume out, and are swept by the processor alone: make a new plan")]
+    #[error("the depths of star number {0} are sparse and can only be computed on the processor; make a new plan")]
     InPages(usize),
     /// More than the device holds.
-    #[error("{what} is {size}, this device takes at most {most}; {instead}")]
+    #[error("{what} is {size}, this device supports at most {most}; {instead}")]
     TooLarge {
         /// The thing that is too large.
         what: String,
@@ -50,21 +51,21 @@ pub enum GpuError {
     },
     /// The device has no room.
     #[error(
-        "the device has no room for this plan, which takes {} there; half the voxels along each edge take an eighth of that; or render on the processor",
+        "the device has no memory for this plan of {}; use fewer voxels, or render on the processor",
         format_args!("{} MiB", .0.div_ceil(1 << 20))
     )]
     Memory(u64),
     /// A place that no star can be swept from.
-    #[error("{0:?} pc is no place for a star on the device: {1}")]
+    #[error("the star position {0:?} pc is unsupported on the device: {1}")]
     Place([f64; 3], &'static str),
     /// A display that is made for other bands.
     #[error("the display has columns for {0} bands, the picture has {1}")]
     Bands(usize, usize),
     /// The device was asked for something wrong, which is a fault of this program.
-    #[error("the device refused what it was asked for, which is a fault of this program; render on the processor: {0}")]
+    #[error("internal error: the device rejected a command; render on the processor and report this: {0}")]
     Fault(String),
     /// The device stopped answering.
-    #[error("the device gave up: {0}; render on the processor")]
+    #[error("the device failed: {0}; render on the processor")]
     Lost(String),
 }
 

@@ -238,7 +238,7 @@ impl Renderer {
     /// Refuses pictures that the device does not hold at once.
     fn whole(&self) -> Result<()> {
         let (height, rows) = (u64::from(self.layout.frame.size[1]), self.buffers.rows as u64);
-        GpuError::too_large("the number of rows of a picture that stays", height, rows, "take fewer pixels, or render in one go")
+        GpuError::too_large("the number of rows of a picture that stays", height, rows, "use fewer pixels, or render in one pass")
     }
 
     /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
@@ -351,7 +351,7 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.buffers.report, 4, &[0; 8]);
         if late > 0 {
             if self.patience == Patience::NONE {
-                let words = "a part of a step takes more turns of loops than it does at once".into();
+                let words = "a part of a step exceeds the loop limit".into();
                 return Err(GpuError::Device(self.gpu.adapter.name.clone(), words));
             }
             self.patience = self.patience.less();

@@ -97,7 +97,7 @@ impl Buffers {
             "a row of the picture in bytes",
             largest,
             most,
-            "take fewer pixels along a row, fewer bands, or render on the processor",
+            "use fewer pixels per row, fewer bands, or render on the processor",
         )?;
         let rows = ((most / largest) as usize).clamp(1, height);
         Ok(Self {
@@ -142,25 +142,23 @@ pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
     let edge = plan.volumes().flat_map(size).max().unwrap_or(0) as u64;
     let most = u64::from(limits.max_texture_dimension_3d);
     let instead = format!(
-        "take a grid of at most {} voxels along each axis, or sparse = \"always\" of [method], or render on the processor",
+        "use a grid of at most {} voxels per axis, sparse = \"always\" in [method], or render on the processor",
         most.saturating_sub(2)
     );
     GpuError::too_large("the edge of a volume in voxels", edge, most, instead)?;
     let most = u64::from(limits.max_sampled_textures_per_shader_stage);
-    let instead = format!(
-        "dust, star depths, gas and terms of many bounces are four to a texture: at most {} of them together, or render on the processor",
-        4 * most
-    );
+    let instead =
+        format!("use at most {} volumes of dust, star depths, gas and multiple scattering together, or render on the processor", 4 * most);
     GpuError::too_large("the number of textures", layout.quads.len() as u64, most, instead)?;
     // A step next to a star is marched in parts of half a voxel, or longer ones.
     let longest_pc = plan.space().occupied.map_or(0.0, |b| b.size().length());
     let parts = (longest_pc / (SHORTEST_PART * plan.space().voxel_pc())).ceil() as usize;
     let steps = plan.stepping().steps(longest_pc, plan.space().voxel_pc()).max(parts) as u64;
-    let instead = "take coarser grids, fewer steps, or render on the processor";
+    let instead = "use coarser grids, fewer steps, or render on the processor";
     GpuError::too_large("the number of steps along a ray", steps, COUNTABLE, instead)?;
     let most = limits.max_storage_buffer_binding_size.min(16 * COUNTABLE);
-    let instead = "take a smoother phase function or fewer stars, or render on the processor";
+    let instead = "use a smoother phase function or fewer stars, or render on the processor";
     GpuError::too_large("the tables in bytes", 16 * layout.tables.len() as u64, most, instead)?;
-    let instead = "take a coarser grid, or render on the processor";
+    let instead = "use a coarser grid, or render on the processor";
     GpuError::too_large("the bricks in bytes", 4 * layout.bricks.len() as u64, most, instead)
 }

@@ -196,10 +196,10 @@ impl Shape {
         if !self.shared {
             return Ok(());
         }
-        let instead = "take fewer stars or passbands, or render on the processor";
-        GpuError::too_large("the number of sums of a ray", self.sums() as u64, MOST_SUMS, instead)?;
+        let instead = "use fewer stars or passbands, or render on the processor";
+        GpuError::too_large("the number of sums per ray", self.sums() as u64, MOST_SUMS, instead)?;
         let turns = self.resolving_turns(plan) as u64;
-        GpuError::too_large("the number of turns in which a ray makes its bands", turns, MOST_RESOLVED, instead)
+        GpuError::too_large("the number of passes over the bands of a ray", turns, MOST_RESOLVED, instead)
     }
 
     /// True if registers hold all of them, and loops over them are written out.

@@ -67,14 +67,14 @@ const FURTHEST: f64 = 1e5;
 /// Refuses places and sizes that a sweep cannot do.
 fn check(gpu: &Gpu, inner: &Lattice, star: DVec3) -> Result<()> {
     if !star.is_finite() {
-        return Err(GpuError::Place(star.into(), "coordinates are numbers"));
+        return Err(GpuError::Place(star.into(), "its coordinates must be finite"));
     }
     let middle = 0.5 * (inner.bounds.low + inner.bounds.high);
     if ((star - middle) / inner.voxel_pc()).abs().max_element() > FURTHEST {
-        return Err(GpuError::Place(star.into(), "it is so far that single precision loses its rays; make a new plan"));
+        return Err(GpuError::Place(star.into(), "it is too far for single precision; make a new plan"));
     }
     let most = gpu.device.limits().max_storage_buffer_binding_size;
-    let instead = "make a new plan instead, which sweeps on the processor";
+    let instead = "make a new plan, which uses the processor";
     GpuError::too_large("the depths of a star in bytes", 4 * inner.cells() as u64, most, instead)
 }
 

@@ -107,11 +107,11 @@ bounces = 30
 
 fn plan(text: String, sweeper: Option<Arc<dyn Sweeper>>) -> Plan {
     let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-    Plan::preview(None, &scene, &Options { sweeper, ..Options::within(DEFAULT_LIMIT) }, &Control::default()).unwrap()
+    Plan::preview(None, &scene, &Options::within(DEFAULT_LIMIT).with_sweeper(sweeper), &Control::default()).unwrap()
 }
 
 fn words(plan: &Plan) -> String {
-    plan.notes().into_iter().find(|note| note.0 == "many bounces").unwrap().1
+    plan.notes().into_iter().find(|note| note.0 == "multiple scattering").unwrap().1
 }
 
 /// The source functions of two plans: the largest difference in parts of the largest.
@@ -132,9 +132,9 @@ fn apart(ours: &Plan, theirs: &Plan) -> f32 {
 fn plans_are_those_of_the_processor() {
     let gpu = device();
     let theirs = plan(text("0.8"), None);
-    assert!(words(&theirs).contains("swept on cpu in"), "{}", words(&theirs));
+    assert!(words(&theirs).contains("computed on cpu in"), "{}", words(&theirs));
     let ours = plan(text("0.8"), Some(Arc::new(Ordinates::new(gpu.clone()))));
-    assert!(words(&ours).contains(&format!("swept on {} in", gpu.name())), "{}", words(&ours));
+    assert!(words(&ours).contains(&format!("computed on {} in", gpu.name())), "{}", words(&ours));
     let wrong = apart(&ours, &theirs);
     assert!(wrong > 0.0 && wrong < 1e-4, "{wrong:e}");
     assert!(apart(&ours, &plan(text("0.801"), None)) > 1e-4);

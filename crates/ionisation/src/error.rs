@@ -2,9 +2,10 @@
 
 /// Problem and remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum IonisationError {
     /// The densities are not as many as the voxels.
-    #[error("{found} densities for {} x {} x {} voxels: there is one for each, x fastest", dims[0], dims[1], dims[2])]
+    #[error("{found} densities for {} x {} x {} voxels; give one per voxel, x fastest", dims[0], dims[1], dims[2])]
     Length {
         /// Number of densities.
         found: usize,
@@ -12,7 +13,7 @@ pub enum IonisationError {
         dims: [usize; 3],
     },
     /// A density that no gas has.
-    #[error("the density of hydrogen in voxel {voxel:?} is {value} cm-3: densities are finite, not negative, and at most 1e12 cm-3")]
+    #[error("the density of hydrogen in voxel {voxel:?} is {value} cm-3; it must be between 0 and 1e12 cm-3")]
     Density {
         /// Index of the voxel along x, y and z.
         voxel: [usize; 3],
@@ -20,10 +21,12 @@ pub enum IonisationError {
         value: f32,
     },
     /// A box without a size.
-    #[error("the voxels have edges of {0} pc: they are finite and above zero")]
+    #[error("the voxels have edges of {0} pc; they must be finite and above zero")]
     Voxel(glam::DVec3),
     /// An abundance that no gas has.
-    #[error("there are {value} nuclei of {element} for one of hydrogen: hydrogen has 1, helium 0 to 10, a metal 0 to 0.1")]
+    #[error(
+        "the abundance of {element} is {value} per hydrogen nucleus; it must be 1 for hydrogen, 0 to 10 for helium, 0 to 0.1 for metals"
+    )]
     Abundance {
         /// The element's symbol.
         element: &'static str,
@@ -31,13 +34,13 @@ pub enum IonisationError {
         value: f64,
     },
     /// Dust that no gas has.
-    #[error("dust absorbs {0} cm2 for a nucleus of hydrogen: that is finite and not negative")]
+    #[error("the cross section of dust is {0} cm2 per hydrogen nucleus; it must be finite and at least zero")]
     Dust(f64),
     /// Lights in nodes of their own.
-    #[error("star {0} has nodes of photon energy that the first has not: make the light of all stars by IonisingLight::several")]
+    #[error("star {0} and the first star have different energy nodes; make the light of all stars with IonisingLight::several")]
     Nodes(usize),
     /// A star that is nowhere.
-    #[error("star {star} is at {place} pc: coordinates are finite")]
+    #[error("the position of star {star}, {place} pc, must be finite")]
     Place {
         /// Which star.
         star: usize,
@@ -45,7 +48,7 @@ pub enum IonisationError {
         place: glam::DVec3,
     },
     /// More than there may be.
-    #[error("{stars} stars in {cells} voxels take {bytes} bytes, {limit} are allowed: fewer voxels or stars take less")]
+    #[error("{stars} stars in {cells} voxels need {bytes} bytes, the limit is {limit}; use fewer voxels or stars")]
     Memory {
         /// Stars.
         stars: usize,
@@ -57,6 +60,6 @@ pub enum IonisationError {
         limit: u64,
     },
     /// Somebody has had enough.
-    #[error("stopped before the gas was solved")]
+    #[error("interrupted before the gas was solved")]
     Stopped,
 }

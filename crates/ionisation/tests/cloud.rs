@@ -244,12 +244,12 @@ fn bad_clouds_are_refused() {
     let changes: [(Change, &str); 8] = [
         (&|cloud, _, _| cloud.dims = [4, 4, 5], "64 densities for 4 x 4 x 5"),
         (&|cloud, _, _| cloud.voxel.y = 0.0, "above zero"),
-        (&|cloud, _, _| cloud.abundances[4] = 3.0, "nuclei of O"),
-        (&|cloud, _, _| cloud.abundances[0] = 0.7, "hydrogen has 1"),
-        (&|cloud, _, _| cloud.dust_cm2 = -1.0, "dust absorbs -1 cm2"),
-        (&|_, stars, _| stars[0].place.z = f64::NAN, "star 0 is at"),
-        (&|_, stars, _| stars.push(Star { place: DVec3::ZERO, light: other }), "star 1 has nodes"),
-        (&|_, _, settings| settings.memory_limit = 100, "100 are allowed"),
+        (&|cloud, _, _| cloud.abundances[4] = 3.0, "abundance of O"),
+        (&|cloud, _, _| cloud.abundances[0] = 0.7, "1 for hydrogen"),
+        (&|cloud, _, _| cloud.dust_cm2 = -1.0, "dust is -1 cm2"),
+        (&|_, stars, _| stars[0].place.z = f64::NAN, "position of star 0"),
+        (&|_, stars, _| stars.push(Star { place: DVec3::ZERO, light: other }), "different energy nodes"),
+        (&|_, _, settings| settings.memory_limit = 100, "limit is 100"),
     ];
     for (change, word) in changes {
         let message = of(change).unwrap_err();

@@ -162,8 +162,8 @@ pub struct StarSweep {
 
 impl StarSweep {
     fn layer(&self, number: usize) -> Result<&Layer> {
-        let wanted = || format!("a number below {}", self.layers.len());
-        self.layers.get(number).ok_or_else(|| Error::value("layer of a sweep", number, wanted()))
+        let allowed = || format!("below {}", self.layers.len());
+        self.layers.get(number).ok_or_else(|| Error::out_of_range("layer of a sweep", number, allowed()))
     }
 
     fn grid(&self, values: Vec<f32>, voxels: &[Range<usize>; 3]) -> Result<Grid> {
@@ -181,7 +181,7 @@ impl StarSweep {
         let partition = Partition::new(Lattice { dims, bounds }, cuts).map_err(|error| raised(py, error))?;
         let star = DVec3::from_array(star);
         if !star.is_finite() {
-            return Err(raised(py, Error::value("position of a star", star, "a place: coordinates are numbers")));
+            return Err(raised(py, Error::out_of_range("position of a star", star, "finite")));
         }
         let relay = Relay::new(partition.clone(), star);
         let layers = relay.layers();

@@ -32,10 +32,7 @@ pub fn raised(py: Python, error: Error) -> PyErr {
         Error::Memory { .. } => MemoryLimitError::new_err(words),
         Error::Device(_) => DeviceError::new_err(words),
         Error::Scene { message, place } => {
-            let key = match &place.origin {
-                Some(_) => format!("{}{}{}", place.path, if place.path.is_empty() { "" } else { "." }, place.key),
-                None => place.to_string(),
-            };
+            let key = place.full_path();
             let error = SceneError::new_err(if place.origin.is_some() { words } else { format!("{key}: {message}") });
             match error.value(py).setattr("key", key) {
                 Ok(()) => error,

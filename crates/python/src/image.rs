@@ -242,12 +242,8 @@ pub fn rendered(
     let (image, stats, warnings) = match backend {
         "path" => {
             let defaults = path::Options::default();
-            render(&mut PathTracer::new(path::Options {
-                samples: exactness.samples.unwrap_or(defaults.samples),
-                target_error: exactness.target_error,
-                seed: exactness.seed.unwrap_or(defaults.seed),
-                ..defaults
-            }))?
+            let (samples, seed) = (exactness.samples.unwrap_or(defaults.samples), exactness.seed.unwrap_or(defaults.seed));
+            render(&mut PathTracer::new(defaults.with_samples(samples).with_target_error(exactness.target_error).with_seed(seed)))?
         }
         "reference" => render(&mut Reference { accuracy: exactness.accuracy.unwrap_or(reference::DEFAULT_ACCURACY) })?,
         _ => open::with(backend, scene, render)?,

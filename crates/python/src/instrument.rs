@@ -37,11 +37,7 @@ pub fn observe(py: Python, image: &Image, instrument: Option<&Bound<PyDict>>, pr
                 Arc::new(Instrument::from_properties(&table, &inputs)?)
             }
             None => scene.instrument.clone().ok_or_else(|| {
-                Error::value(
-                    "instrument of the scene",
-                    "missing",
-                    "Scene(instrument=Instrument(preset=\"hst-wfc3-uvis\")), or observe(instrument)",
-                )
+                Error::missing("an instrument", "use Scene(instrument=Instrument(preset=\"hst-wfc3-uvis\")), or observe(instrument)")
             })?,
         };
         let exposures = instrument::Exposures::new(own, &image.image, &scene.bands, control)?;

@@ -77,7 +77,7 @@ impl Sequence {
     fn frame(&self, number: i64, backend: &str, exactness: &Exactness, memory_limit: u64, control: &Control) -> Result<Image> {
         let frames = self.sequence.frames();
         if !(frames.first..=frames.last()).contains(&number) {
-            return Err(Error::value("frame", number, format!("from {} to {}", frames.first, frames.last())));
+            return Err(Error::out_of_range("frame", number, format!("between {} and {}", frames.first, frames.last())));
         }
         let kept = self.followed.lock().unwrap_or_else(PoisonError::into_inner).take();
         let mut follower = kept.unwrap_or_else(|| Follower::new(&self.sequence));
@@ -129,7 +129,7 @@ impl Sequence {
                 frames.stamp(number, &mut frame.image);
                 Ok(frame)
             }
-            _ => Err(Error::value("moments of a frame", "none", "one or more")),
+            _ => Err(Error::missing("a moment of the frame", "render one or more")),
         }
     }
 }

@@ -107,7 +107,7 @@ pub fn of_every_kind<K, T>(
         ("high", _) => "1 1 1 pc",
         (_, "length") => "0.5 pc",
         (_, "path" | "text") => "file.csv",
-        other => panic!("a test does not know what to say for {other:?}"),
+        other => panic!("no value is defined for {other:?}"),
     };
     let made = |kind: &K| {
         let (name, keys) = row(kind);

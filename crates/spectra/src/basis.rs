@@ -45,7 +45,7 @@ impl Domain {
     pub fn new(domain_um: (f64, f64), k: impl Fn(f64) -> f64, weight: impl Fn(f64) -> f64) -> Result<Self> {
         let (low, high) = domain_um;
         if !(low >= 0.0 && low < high && high.is_finite()) {
-            return Err(SpectraError::Fit(format!("a domain of {low} to {high} um is none; give two ascending wavelengths")));
+            return Err(SpectraError::Fit(format!("a domain of {low} to {high} um is invalid; give two ascending wavelengths")));
         }
         let width = (high - low) / PANELS as f64;
         let rule = gauss_legendre(PANEL_POINTS);
@@ -54,7 +54,7 @@ impl Domain {
         let domain = Self { k: points.iter().map(|(l, _)| k(*l)).collect(), weight: points.iter().map(|(l, w)| w * weight(*l)).collect() };
         if let Some(i) = domain.k.iter().zip(&domain.weight).position(|(k, w)| !(k.is_finite() && *k >= 0.0 && *w >= 0.0)) {
             let what = format!("extinction {} with weight {} at {:.4} um", domain.k[i], domain.weight[i], points[i].0);
-            return Err(SpectraError::Fit(format!("{what} cannot be projected; choose a domain where the law holds")));
+            return Err(SpectraError::Fit(format!("{what} cannot be projected; use a domain within the validity of the law")));
         }
         Ok(domain)
     }
@@ -72,6 +72,7 @@ impl Domain {
 
 /// The error that the exponents of a basis minimise over the range of the argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Criterion {
     /// The mean of ‖e^(−a k) − proj‖: Barrès & Neyret's.
     Mean,
@@ -134,7 +135,7 @@ impl Basis {
             r[(i, i)] = column.norm();
             if r[(i, i)] <= DEPENDENT * norm || !r[(i, i)].is_finite() {
                 let message =
-                    format!("a basis of {n} exponentials is numerically dependent on this domain; take fewer elements or a wider domain");
+                    format!("a basis of {n} exponentials is numerically dependent on this domain; use fewer elements or a wider domain");
                 return Err(SpectraError::Fit(message));
             }
             q.set_column(i, &(column / r[(i, i)]));
@@ -148,7 +149,7 @@ impl Basis {
     /// Where no basis of that size is independent to working precision over the domain.
     pub fn optimal(domain: &Domain, range: f64, size: usize, criterion: Criterion) -> Result<Self> {
         if !(1..=MAX_SIZE).contains(&size) {
-            return Err(SpectraError::Fit(format!("a basis of {size} elements; it has 1 to {MAX_SIZE}")));
+            return Err(SpectraError::Fit(format!("a basis of {size} elements is out of range; use 1 to {MAX_SIZE}")));
         }
         let range = range.max(1e-6);
         let targets: Vec<(f64, DVector<f64>)> = arguments(range).iter().map(|(a, share)| (*share, domain.exponential(*a))).collect();

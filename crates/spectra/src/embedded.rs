@@ -10,7 +10,7 @@ use crate::error::{Result, SpectraError};
 pub fn rows(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
     let rows = Columns::parse(name, text)?.rows;
     match rows.iter().find(|(_, row)| row.len() < columns) {
-        Some((line, row)) => Err(SpectraError::table(name, format!("line {line} has {} numbers, {columns} are needed", row.len()))),
+        Some((line, row)) => Err(SpectraError::table(name, format!("line {line} has {} numbers, expected {columns}", row.len()))),
         None => Ok(rows.into_iter().map(|(_, row)| row).collect()),
     }
 }

@@ -2,6 +2,7 @@
 
 /// Errors of this crate; each says what was wrong and what would be right.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SpectraError {
     /// A quantity that does not parse.
     #[error("\"{text}\" is not a {quantity}: {reason}; write it like \"{example}\"")]

@@ -68,7 +68,7 @@ impl Polynomial {
         if degree > MAX_DEGREE || points.is_empty() || distinct <= degree {
             let most = MAX_DEGREE.min(distinct.saturating_sub(1));
             let message =
-                format!("a polynomial of degree {degree} through {distinct} wavelengths; {most} is the highest degree that they carry");
+                format!("a polynomial of degree {degree} through {distinct} wavelengths is underdetermined; use at most degree {most}");
             return Err(SpectraError::Fit(message));
         }
         let interval_um = (points[0].0, points[points.len() - 1].0);
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn too_high_a_degree_is_refused() {
         let error = Polynomial::fit(&points(|l| l, 0.4, 0.7, 4), 4).unwrap_err().to_string();
-        assert!(error.contains("degree 4") && error.contains("3 is the highest"), "{error}");
+        assert!(error.contains("degree 4") && error.contains("at most degree 3"), "{error}");
         assert!(Polynomial::fit(&points(|l| l, 0.4, 0.7, 40), MAX_DEGREE + 1).is_err());
         assert!(Polynomial::fit(&[], 0).is_err());
     }

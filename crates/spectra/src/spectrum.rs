@@ -171,7 +171,7 @@ impl Spectrum {
             let (low, high) = shape.range_um();
             if low_um < low || high_um > high {
                 return Err(SpectraError::Reach(format!(
-                    "{what} needs the spectrum from {low_um:.4} to {high_um:.4} um, but it is tabulated from {low:.4} to {high:.4} um only; choose another passband, or a spectrum such as blackbody that reaches further"
+                    "{what} requires the spectrum from {low_um:.4} to {high_um:.4} um, but it is tabulated only from {low:.4} to {high:.4} um; use another passband, or a spectrum such as blackbody"
                 )));
             }
         }

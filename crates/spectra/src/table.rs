@@ -19,7 +19,7 @@ impl Table {
     /// Where they are not, or the columns have different lengths.
     pub fn new(name: &str, x: Vec<f64>, y: Vec<f64>) -> Result<Self> {
         if x.len() < 2 || x.len() != y.len() {
-            return Err(SpectraError::table(name, format!("needs at least two rows of two numbers, has {}", x.len())));
+            return Err(SpectraError::table(name, format!("requires at least two rows of two numbers, has {}", x.len())));
         }
         if let Some(i) = (0..x.len()).find(|&i| !x[i].is_finite() || !y[i].is_finite()) {
             return Err(SpectraError::table(name, format!("row {} is not finite: {}, {}", i + 1, x[i], y[i])));

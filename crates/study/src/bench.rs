@@ -163,7 +163,7 @@ impl Run<'_> {
         let swept = plan.scattered_field().is_some() && plan.bounces() > 1;
         for sweeper in [None].into_iter().chain(self.backend.sweeper().map(Some)).filter(|_| swept) {
             let mut on: Arc<str> = "".into();
-            let options = Options { sweeper, ..self.bench.options.clone() };
+            let options = self.bench.options.clone().with_sweeper(sweeper);
             let (seconds, device_seconds) = timed(self.bench.frames.min(BAKES), || {
                 let made = plan.scattered_again(&self.scene, &options, self.control)?;
                 on = made.map_or_else(|| "".into(), |made| made.report.swept_by);
@@ -243,7 +243,7 @@ impl Truth {
             return Ok(Self { image, noise: vec![0.0; bands], paths: None });
         }
         let start = Instant::now();
-        let tracer = backends::paths(scene, path::Options { samples: PATHS, ..path::Options::default() }, control)?;
+        let tracer = backends::paths(scene, path::Options::default().with_samples(PATHS), control)?;
         let image = path::image(scene, &tracer.film, &tracer.options, control)?;
         let paths = Some(start.elapsed().as_secs_f64());
         let power = |band: usize| image.band(band).map(|v| v * v).sum::<f64>();

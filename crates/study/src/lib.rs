@@ -27,6 +27,7 @@ use page::Page;
 
 /// Errors of a study.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// The renderer failed, or the user wished to stop.
     #[error(transparent)]
@@ -84,8 +85,8 @@ pub struct Book {
 /// Every spectral method beside the others.
 pub const STUDY: Book = Book {
     name: "study",
-    title: "Spectral methods, side by side",
-    preface: "Barrès & Neyret 2023 is a talk at INRIA; equations are numbered as in [method.md](method.md). Errors are parts of the light without dust, F(0), unless said otherwise.",
+    title: "Comparison of spectral methods",
+    preface: "Barrès & Neyret 2023 is a talk at INRIA. Equations are those of [method.md](method.md). Errors are relative to the unattenuated light F(0) unless stated.",
     chapters: chapters::CHAPTERS,
 };
 
@@ -93,15 +94,15 @@ pub const STUDY: Book = Book {
 pub const VALIDATION: Book = Book {
     name: "validation",
     title: "Validation",
-    preface: "The truth is the back end `path`, an unbiased path tracer that shares none of the plan's approximations; its own noise stands beside every error. Equations are numbered as in [method.md](method.md).",
+    preface: "Ground truth is the back end `path`, an unbiased Monte Carlo path tracer without the plan's approximations. Its noise is listed with every error. Equations are those of [method.md](method.md).",
     chapters: validation::CHAPTERS,
 };
 
 /// Stated errors beside true ones.
 pub const CERTIFICATES: Book = Book {
     name: "certificates",
-    title: "Certificates, tried",
-    preface: "A certificate bounds the spectral error of a method, arithmetic included, over all depths that a scene reaches: of the light without dust, F(0), and of the light that is left, F(a). Here bounds are held to true errors.",
+    title: "Certificates compared with true errors",
+    preface: "A certificate bounds the spectral error of a method, including rounding, over all depths of a scene, relative to the unattenuated light F(0) and the attenuated light F(a). This page compares bounds with true errors.",
     chapters: campaign::CHAPTERS,
 };
 

@@ -31,7 +31,7 @@ impl<'a> Page<'a> {
     /// The whole text of the page.
     pub fn text(&self) -> String {
         format!(
-            "# {}\n\nWritten by `barnard study --page {}`, version {}, on {} threads of one machine; times are of one run on a shared machine, so ratios count. {}\n{}",
+            "# {}\n\nWritten by `barnard study --page {}`, version {}, {} threads. Times are from one run on a shared machine: compare ratios. {}\n{}",
             self.book.title,
             self.book.name,
             env!("CARGO_PKG_VERSION"),

@@ -24,6 +24,7 @@ pub enum With {
 
 /// The way in which two pictures share the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Arrangement {
     /// One picture is behind the other, with an edge that is dragged.
     #[default]

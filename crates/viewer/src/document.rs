@@ -206,7 +206,7 @@ impl Document {
         match refining.done.try_recv() {
             Err(TryRecvError::Empty) => Ok(false),
             Err(TryRecvError::Disconnected) => {
-                refining.failure = Some("it ended without a word".into());
+                refining.failure = Some("it ended without a message".into());
                 Ok(false)
             }
             Ok(Err(error)) => {

@@ -138,7 +138,7 @@ fn work(backend: BackendEntry, shared: &Shared, sender: &Sender<Frame>, wake: &d
             Ok(Ok(()) | Err(barnard::Error::Interrupted)) => {}
             Ok(Err(error)) => tell(Quality::Coarse, Err(error.to_string())),
             Err(_) => {
-                tell(Quality::Coarse, Err("a picture failed by a fault of this program; the scene is as it was".into()));
+                tell(Quality::Coarse, Err("internal error while rendering; the scene is unchanged".into()));
                 studio = Studio::new(backend, shared.closing.clone());
             }
         }

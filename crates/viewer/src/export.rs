@@ -83,7 +83,7 @@ impl Export {
         match self.result.try_recv() {
             Ok(result) => return Some(result.map(|()| format!("wrote {}", self.path.display())).map_err(|e| e.to_string())),
             Err(TryRecvError::Disconnected) => {
-                return Some(Err("the picture failed by a fault of this program; nothing was written".into()));
+                return Some(Err("internal error while rendering; nothing was written".into()));
             }
             Err(TryRecvError::Empty) => {}
         }

@@ -161,7 +161,7 @@ impl Picture {
     /// # Errors
     /// Where the scene has no instrument, or it cannot see the picture.
     pub fn recorded(&self, scene: &Arc<Scene>, before: Option<&Self>, control: &Control) -> Result<Self> {
-        let missing = || Error::value("instrument of the scene", "missing", "one such as [instrument] with preset = \"hst-wfc3-uvis\"");
+        let missing = || Error::missing("an instrument", "add one to the scene, such as [instrument] with preset = \"hst-wfc3-uvis\"");
         let instrument = scene.instrument.clone().ok_or_else(missing)?;
         // Where the window is coarser than the detector, pixels are summed.
         let binning = match (instrument.pixel_rad, self.image.pixel) {

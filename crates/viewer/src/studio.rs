@@ -124,7 +124,7 @@ impl Studio {
     }
 
     fn options(&self, memory_limit: u64) -> Options {
-        Options { sweeper: self.sweeper.clone(), ..Options::within(memory_limit) }
+        Options::within(memory_limit).with_sweeper(self.sweeper.clone())
     }
 
     /// Makes what is asked for, from coarse to fine; `show` hears of every stage. A picture that is only shown in

@@ -418,10 +418,10 @@ fn bookmarks(ctx: &Context, app: &mut App) {
         let name = (i + 1).to_string();
         if is_pressed(ctx, Modifiers::COMMAND, key) {
             app.apply(app.flight.bookmark(&name));
-            app.tell(format!("bookmark {name} is here; it is saved with the scene"));
+            app.tell(format!("bookmark {name} is set; it is saved with the scene"));
         }
         if is_pressed(ctx, Modifiers::NONE, key) && !app.go_to(&name) {
-            app.tell(format!("there is no bookmark {name}; Ctrl+{name} sets it"));
+            app.tell(format!("bookmark {name} is not set; Ctrl+{name} sets it"));
         }
     }
 }

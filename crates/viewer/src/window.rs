@@ -21,12 +21,13 @@ use crate::timings::Timings;
 
 /// Errors at the start of the explorer.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ViewerError {
     /// Something in the scene is wrong.
     #[error(transparent)]
     Scene(#[from] barnard::Error),
     /// There is no screen, or nothing that draws on it.
-    #[error("no window can be opened: {0}; pictures can be rendered without one")]
+    #[error("no window can be opened: {0}; use `barnard render` instead")]
     Window(String),
 }
 
@@ -87,7 +88,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         app.timings = start.timings.then(|| Timings::since(began));
         words.into_iter().for_each(|words| app.tell(words));
         lent.err().into_iter().for_each(|error| app.complain(error));
-        wrong.into_iter().for_each(|error| app.complain(format!("{error} (a built-in scene is shown; File, Open reads it again)")));
+        wrong.into_iter().for_each(|error| app.complain(format!("{error} (showing a built-in scene; retry with File, Open)")));
         app
     };
     drawn_by(renderers(is_real), app)
@@ -126,7 +127,7 @@ fn drawn_by(renderers: [Renderer; 2], app: impl FnOnce(&eframe::CreationContext)
                 }
             }
             Err(panic) if left.is_none() => resume_unwind(panic),
-            Err(_) => reasons.push(format!("{renderer}: it has nothing to draw on")),
+            Err(_) => reasons.push(format!("{renderer}: no surface to draw on")),
         }
         // Who has had a window does not get another.
         let Some(left) = left else { break };
@@ -157,14 +158,14 @@ fn options(renderer: Renderer) -> eframe::NativeOptions {
 fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> barnard::Result<(Document, Option<String>)> {
     let first = || Document::builtin(barnard_files::builtin::SCENES[0].name, memory_limit);
     let Some(lost) = session.recovered() else { return Ok((asked.map_or_else(first, Ok)?, None)) };
-    let of = format!("changes of {} that were not saved", lost.origin.name());
+    let of = format!("unsaved changes of {}", lost.origin.name());
     if let Some(document) = asked {
-        return Ok((document, Some(format!("there are {of}: the explorer brings them back when it opens without a scene"))));
+        return Ok((document, Some(format!("{of} exist: the explorer restores them when opened without a scene"))));
     }
     match Document::of(&lost.origin, memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
         Ok(document) => {
             session.adopt(&lost);
-            Ok((document, Some(format!("{of} are back; Ctrl+Z takes them away"))))
+            Ok((document, Some(format!("{of} were restored; Ctrl+Z reverts them"))))
         }
         Err(error) => Ok((first()?, Some(format!("{of} are in {}: {error}", lost.path.display())))),
     }

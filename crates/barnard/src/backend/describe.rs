@@ -64,9 +64,9 @@ pub fn left_out(scene: &Scene) -> Option<String> {
     let reaches = |um: f64| scene.bands.iter().any(|band| band.support_um().1 > um);
     let of_dust = scene.dust.is_some() && reaches(WARM_DUST_UM);
     let of_gas = scene.gas.is_some() && reaches(MOLECULES_UM);
-    let parts = [(of_dust, "light of heated dust and of PAHs"), (of_gas, "lines of H2 and [Fe II]")];
+    let parts = [(of_dust, "thermal emission of dust and PAHs"), (of_gas, "lines of H2 and [Fe II]")];
     let parts: Vec<&str> = parts.into_iter().filter(|(is_seen, _)| *is_seen).map(|(_, what)| what).collect();
-    (!parts.is_empty()).then(|| format!("{}, which these passbands would see, are not in the scene", parts.join(" and ")))
+    (!parts.is_empty()).then(|| format!("{}, visible in these passbands, are not modelled", parts.join(" and ")))
 }
 
 /// The faces of a whole cube are views of their own.
@@ -98,16 +98,16 @@ fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
     let nebula = scene.densities().map(|f| f.bounds()).reduce(|a, b| a.union(&b));
     let distance = nebula.map_or(f64::NAN, |b| (0.5 * (b.low + b.high) - place).length());
     let numbers = [
-        ("CAMX", place.x, "[pc] place of the camera"),
+        ("CAMX", place.x, "[pc] position of the camera"),
         ("CAMY", place.y, "[pc]"),
         ("CAMZ", place.z, "[pc]"),
-        ("VIEWX", view.x, "where the camera looks, of length one"),
+        ("VIEWX", view.x, "viewing direction, unit vector"),
         ("VIEWY", view.y, ""),
         ("VIEWZ", view.z, ""),
-        ("DISTANCE", distance, "[pc] from the camera to the middle of the nebula"),
+        ("DISTANCE", distance, "[pc] from the camera to the centre of the nebula"),
     ];
     keywords.extend(numbers.into_iter().filter_map(|(name, value, comment)| number(name, value, comment)));
-    keywords.push(integer("SUPERSMP", camera.supersampling, "rays along each side of a pixel"));
+    keywords.push(integer("SUPERSMP", camera.supersampling, "rays per pixel edge"));
     if let Some(dust) = &scene.dust {
         keywords.push(text("DUSTLAW", &*dust.extinction.name, "extinction law"));
         keywords.extend(dust.extinction.r_v.and_then(|r_v| number("R_V", r_v, "A(V)/E(B-V) of the extinction law")));

@@ -31,7 +31,7 @@ pub(super) fn told(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str
         band.certificate = plan.certificate(b, &stats);
         band.keywords.extend(plan.band_keywords(b, &stats));
     }
-    image.keywords.push(keywords::text("BACKEND", backend, "what marched the rays"));
+    image.keywords.push(keywords::text("BACKEND", backend, "device of the ray march"));
     image.keywords.extend(plan.keywords(&stats));
     image.notes.push(("backend".into(), backend.into()));
     image.notes.push(("method".into(), plan.spectral.method.into()));

@@ -37,8 +37,8 @@ fn in_parts<B: Backend + ?Sized>(backend: &mut B, job: &Job, control: &Control) 
     let scene = job.scene();
     let parts_by = backend.parts_by();
     if parts_by == PartsBy::Nothing {
-        let wanted = "one of cpu, gpu and reference; or leave \"light\" out of layers";
-        return Err(Error::value("back end of a picture whose light is in layers", backend.name(), wanted));
+        let alternative = "use cpu, gpu or reference, or remove \"light\" from layers";
+        return Err(Error::unsupported("layers of light", format!("back end {}", backend.name()), alternative));
     }
     let parts = Part::of(scene);
     let extended: Vec<Part> = parts.iter().copied().filter(|part| *part != Part::Stars).collect();

@@ -60,8 +60,8 @@ impl<'a> Job<'a> {
         let planned = || plan.spectral.bands.iter().map(|band| band.band.name());
         if !bands().eq(planned()) {
             let list = |names: Vec<&str>| names.join(", ");
-            let wanted = format!("those of its plan, {}; plan the scene anew", list(planned().collect()));
-            return Err(Error::value("passbands of the scene", list(bands().collect()), wanted));
+            let found = format!("{}; make a new plan", list(planned().collect()));
+            return Err(Error::mismatch("passbands of the plan", list(bands().collect()), found));
         }
         Ok(Self { scene, options, plan: OnceLock::from(Cow::Borrowed(plan)) })
     }
@@ -116,7 +116,38 @@ pub enum PartsBy {
     Nothing,
 }
 
-/// A way to render: from a [`Job`] to its light, and on to a finished picture.
+/// Renderer from a [`Job`] to its light and a finished picture.
+///
+/// # Examples
+/// A back end that returns the same radiance everywhere, with the header, stars and layers of all others:
+///
+/// ```
+/// use barnard::Result;
+/// use barnard::backend::{Backend, Job, Radiance};
+/// use barnard::prelude::*;
+///
+/// struct Uniform(f32);
+///
+/// impl Backend for Uniform {
+///     fn name(&self) -> String {
+///         "uniform".into()
+///     }
+///     fn unable(&self, _job: &Job, _control: &Control) -> Result<Option<String>> {
+///         Ok(None)
+///     }
+///     fn radiance(&mut self, job: &Job, _control: &Control) -> Result<Radiance> {
+///         let (scene, mut light) = (job.scene(), Vec::new());
+///         light.resize(scene.bands.len() * scene.camera.width * scene.camera.height, self.0);
+///         Ok(Radiance::single(light, barnard::backend::RenderStats::of_rays(0)))
+///     }
+/// }
+///
+/// let scene = Scene::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8)).bands(passband::set("johnson")?);
+/// let options = Options::default();
+/// let (image, _) = Uniform(2.0).render(&Job::new(&scene, &options)?, &Control::default())?;
+/// assert!(image.band(0).all(|v| v == 2.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Backend: Send {
     /// The name that the picture's header gives as its maker.
     fn name(&self) -> String;

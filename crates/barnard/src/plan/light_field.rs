@@ -62,7 +62,7 @@ impl LightField {
         let Some(projection) = projections.max_by_key(|p| p.basis.size()).filter(|_| !stars.is_empty()) else { return Ok(None) };
         let rule = &settings.method.settings;
         if rule.criterion == Criterion::Filter && scene.bands.len() > 1 {
-            let message = "method \"propagation\" has one basis for all passbands, criterion = \"filter\" makes one for each; take \"mean\" or \"largest\", or one passband";
+            let message = "method \"propagation\" uses one basis for all passbands, but criterion = \"filter\" one per passband; use \"mean\" or \"largest\", or a single passband";
             return Err(Error::Method(message.into()));
         }
         let continua: Vec<_> = numbers.iter().map(|light| |lambda: f64| lights[*light].spectrum.continuum(lambda)).collect();

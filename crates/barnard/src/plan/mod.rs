@@ -51,7 +51,31 @@ use crate::light::{Light, Part};
 use crate::points::Sources;
 use crate::volume::Volume;
 
-/// Everything a fast back end needs; a copy shares all that is large.
+/// Precomputed data of a scene for the fast back ends; copies share all large parts.
+///
+/// # Examples
+/// One plan renders several cameras:
+///
+/// ```
+/// use barnard::backend::cpu;
+/// use barnard::field::Fbm;
+/// use barnard::prelude::*;
+///
+/// let camera = |x: f64| Camera::look_at(dvec3(x, 0.0, 5.0), DVec3::ZERO).size(8, 8);
+/// let dust = Dust::new(Fbm::new(3), Extinction::named("draine03_rv31")?, Scale::mag_per_pc(4.0));
+/// let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
+/// let mut scene = Scene::new(camera(0.0)).bands(passband::set("johnson")?).dust(dust).star(star);
+/// # barnard::plan::sample_functions(&mut scene, &Options::default())?;
+/// let control = Control::default();
+/// let mut plan = Plan::new(&scene, &Options::default(), &control)?;
+/// for x in [0.0, 1.0] {
+///     scene.camera = camera(x);
+///     plan.look_from(scene.camera.clone(), &control)?;
+///     let (image, stats) = cpu::render(&scene, &plan, &control)?;
+///     println!("{}; brightest {:e}", plan.error_summary(&stats), image.band(0).fold(0.0, f64::max));
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// The camera that turns pixels into rays.

@@ -61,11 +61,22 @@ impl Plan {
         self.certificates(band, stats).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
     }
 
+    /// Relative errors in one line: the largest spectral error relative to the unattenuated light, the measured spatial error (rms),
+    /// and the estimated error of multiple scattering relative to that light.
+    pub fn error_summary(&self, stats: &RenderStats) -> String {
+        let certificates = (0..self.spectral.bands.len()).flat_map(|band| self.certificates(band, stats));
+        let spectral = certificates.map(|(_, certificate)| certificate.absolute).fold(0.0, f64::max);
+        let spatial = self.space.spatial.map(|spatial| format!(", spatial {:.0e}", spatial.error));
+        let estimate = self.scattered_field.as_ref().and_then(|field| field.report.error_estimate);
+        let scattering = estimate.map(|error| format!(", multiple scattering {:.0e}", error.spatial.hypot(error.angular)));
+        format!("spectral {spectral:.0e}{}{}", spatial.unwrap_or_default(), scattering.unwrap_or_default())
+    }
+
     /// The certificate of the light that a passband's rule serves worst, in words.
     pub fn worst_certificate(&self, band: usize, stats: &RenderStats) -> String {
         let certificates = self.certificates(band, stats);
         let Some((light, worst)) = certificates.iter().max_by(|a, b| a.1.absolute.total_cmp(&b.1.absolute)) else {
-            return "no light shines in this band".into();
+            return "no light in this band".into();
         };
         let others = match certificates.len() {
             1 => String::new(),
@@ -99,18 +110,18 @@ impl Plan {
     /// Notes on the picture beside the certificates, each with what it is about.
     pub fn notes(&self) -> Vec<(String, String)> {
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
-        let isotropic = isotropic.map(|_| ("phase function".into(), "put aside by this method, which scatters evenly".into()));
-        let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("gathered stars".into(), f.to_string()));
+        let isotropic = isotropic.map(|_| ("phase function".into(), "ignored by this method, whose scattering is isotropic".into()));
+        let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("aggregated stars".into(), f.to_string()));
         let volumes = (self.space.precision == Precision::Half).then(|| ("volumes".into(), "stored in half precision".into()));
         let bytes = (self.space.grid_storage() == Storage::Byte).then(|| {
-            let words = "stored as bytes, right to 1 in 508 of the largest value within 16 voxels each way; stated errors are without that";
+            let words =
+                "stored as bytes, with errors of up to 1/508 of the largest value per block of 16 voxels; stated errors exclude this";
             ("densities".into(), words.into())
         });
         let pages = self.space.volumes.iter().find(|v| !v.pages().is_whole());
-        let pages =
-            pages.map(|v| ("volumes".into(), format!("empty parts are left out: {:.1} % of the voxels are held", 100.0 * v.held())));
+        let pages = pages.map(|v| ("volumes".into(), format!("sparse: {:.1} % of the voxels are stored", 100.0 * v.held())));
         let scattered_field =
-            self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("many bounces".into(), f.report.to_string()));
+            self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("multiple scattering".into(), f.report.to_string()));
         let detail = self.detail.iter().filter(|detail| !detail.octaves.is_empty()).map(|detail| ("detail".into(), detail.in_words()));
         self.spatial_note()
             .into_iter()
@@ -135,7 +146,7 @@ impl Plan {
         let (name, worst) = of_rules.chain(of_stars).max_by(|a, b| a.1.rms.total_cmp(&b.1.rms))?;
         let degree = worst.polynomial.coefficients.len() - 1;
         let words = format!(
-            "worst of degree {degree}: {name}, rms {:.1e}, at most {:.1e} of its peak; a part of the spectral error",
+            "worst of degree {degree}: {name}, rms {:.1e}, at most {:.1e} of its peak; included in the spectral error",
             worst.rms, worst.largest
         );
         Some(("polynomial fits".into(), words))
@@ -150,49 +161,49 @@ impl Plan {
             s.rays,
             s.stepping,
             match &self.light_field {
-                None => format!("star depths of {} a voxel", self.space.star_factor),
-                Some(field) => format!("a light field of {} numbers a voxel", field.propagation.channels()),
+                None => format!("star depths of {} per voxel", self.space.star_factor),
+                Some(field) => format!("a light field of {} numbers per voxel", field.propagation.channels()),
             }
         );
         let words = match s.sampling {
-            Some((error, edge)) => format!("{words}, {error:.1e} of it by samples of functions, {edge} along an edge"),
+            Some((error, edge)) => format!("{words}, {error:.1e} of it from function samples, {edge} per edge"),
             None => words,
         };
         let words = match s.unresolved {
             Some(Unresolved { error, stars }) => {
-                format!("{words}; stars seen through it {error:.1e} (rms of {stars} by the samples of dust)")
+                format!("{words}; stars seen through it {error:.1e} (rms of {stars}, from the samples of dust)")
             }
             None => words,
         };
         let asked = self.spectral.accuracy;
-        let words = if self.misses_accuracy() { format!("{words}: more than the {asked:.1e} that was asked for") } else { words };
+        let words = if self.misses_accuracy() { format!("{words}: more than the requested {asked:.1e}") } else { words };
         Some(("spatial error".into(), words))
     }
 
     /// Keywords of the picture: method, steps and errors as numbers.
     pub fn keywords(&self, stats: &RenderStats) -> Vec<Keyword> {
         let mut keywords = vec![
-            keywords::text("METHOD", self.spectral.method, "how spectral integrals are done"),
-            keywords::integer("BOUNCES", self.bounces, "times that light may scatter"),
-            keywords::text("STEPS", self.stepping.to_string(), "how far samples are apart"),
+            keywords::text("METHOD", self.spectral.method, "method of spectral integrals"),
+            keywords::integer("BOUNCES", self.bounces, "largest number of scatterings"),
+            keywords::text("STEPS", self.stepping.to_string(), "distance of samples"),
         ];
         keywords.extend(keywords::number("ACCURACY", self.spectral.accuracy, "asked for"));
-        keywords.extend(keywords::number("TAUMAX", stats.depth, "largest optical depth at V that was met"));
+        keywords.extend(keywords::number("TAUMAX", stats.depth, "largest optical depth at V"));
         if let Some(detail) = self.detail.as_ref().filter(|detail| !detail.octaves.is_empty()) {
             keywords.push(keywords::integer("DETAIL", detail.octaves.len(), "octaves of noise below the voxels"));
             let deepest = detail.roughness.iter().map(|of| of.deviation).fold(0.0, f64::max);
-            keywords.extend(keywords::number("DETAILSD", deepest, "its largest deviation of ln density, at two voxels"));
+            keywords.extend(keywords::number("DETAILSD", deepest, "largest deviation of ln density, at two voxels"));
         }
         if let Some(spatial) = self.space.spatial {
             keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
-            keywords.push(keywords::integer("SPATRAYS", spatial.rays, "rays that it was measured on"));
+            keywords.push(keywords::integer("SPATRAYS", spatial.rays, "number of pilot rays"));
             if let Some((error, edge)) = spatial.sampling {
-                keywords.extend(keywords::number("SAMPERR", error, "of it by samples of functions"));
-                keywords.push(keywords::integer("BAKE", edge, "voxels along an edge that they were sampled to"));
+                keywords.extend(keywords::number("SAMPERR", error, "part of it from function samples"));
+                keywords.push(keywords::integer("BAKE", edge, "voxels per edge of function samples"));
             }
             if let Some(Unresolved { error, stars }) = spatial.unresolved {
                 keywords.extend(keywords::number("STARERR", error, "relative rms of stars seen through samples of dust"));
-                keywords.push(keywords::integer("STARSERR", stars, "stars that it was measured on"));
+                keywords.push(keywords::integer("STARSERR", stars, "number of these stars"));
             }
         }
         keywords
@@ -207,8 +218,8 @@ impl Plan {
 /// The worst of certificates in keywords.
 pub(crate) fn in_keywords(certificates: impl Iterator<Item = Certificate>) -> Vec<Keyword> {
     let errors = certificates.reduce(Certificate::or_worse).into_iter().flat_map(|c| {
-        let absolute = keywords::number("SPECERR", c.absolute, "spectral error at most, in parts of F(0)");
-        absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "and in parts of F(a), the light left"))
+        let absolute = keywords::number("SPECERR", c.absolute, "largest spectral error relative to F(0)");
+        absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "relative to F(a), the attenuated light"))
     });
     errors.collect()
 }

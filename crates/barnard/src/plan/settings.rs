@@ -8,6 +8,7 @@ use crate::scene::{Method, Scene};
 
 /// Options of a plan that are not part of the scene.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Options {
     /// Most bytes a plan may take.
     pub memory_limit: u64,
@@ -28,6 +29,18 @@ impl Options {
     /// Everything on the processor alone, with so much memory \[bytes\].
     pub fn within(memory_limit: u64) -> Self {
         Self { memory_limit, ..Self::default() }
+    }
+
+    /// Options with a device for multiple scattering; none for the processor.
+    #[must_use]
+    pub fn with_sweeper(self, sweeper: Option<Arc<dyn Sweeper>>) -> Self {
+        Self { sweeper, ..self }
+    }
+
+    /// Options with another limit of star-depth voxels per dust voxel edge.
+    #[must_use]
+    pub fn with_star_depth_voxels(self, star_depth_voxels: usize) -> Self {
+        Self { star_depth_voxels, ..self }
     }
 }
 

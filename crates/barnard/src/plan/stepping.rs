@@ -39,9 +39,9 @@ impl Stepping {
 impl std::fmt::Display for Stepping {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Stepping::PerVoxel(n) => write!(f, "{n} samples a voxel"),
-            Stepping::Paired(n) => write!(f, "{n} segments of two samples a voxel"),
-            Stepping::Fixed(n) => write!(f, "{n} samples a ray"),
+            Stepping::PerVoxel(n) => write!(f, "{n} samples per voxel"),
+            Stepping::Paired(n) => write!(f, "{n} segments of two samples per voxel"),
+            Stepping::Fixed(n) => write!(f, "{n} samples per ray"),
         }
     }
 }

@@ -43,7 +43,7 @@ impl Geometry {
         let camera = &scene.camera;
         own.add("pixels of the camera", [camera.width, camera.height, camera.supersampling].map(|count| count as f64));
         let rays = || PLACES_OF_RAYS.map(|(column, row)| camera.ray(column * camera.width as f64, row * camera.height as f64));
-        own.add("place of the camera", rays().into_iter().flat_map(|ray| ray.origin.to_array()));
+        own.add("position of the camera", rays().into_iter().flat_map(|ray| ray.origin.to_array()));
         own.add("directions of the camera", rays().into_iter().flat_map(|ray| ray.direction.to_array()));
         own.add("positions of stars", scene.stars.iter().flat_map(|star| star.position.to_array()));
         own.add("visible stars", scene.stars.iter().map(|star| f64::from(u8::from(star.visible))));
@@ -61,14 +61,14 @@ impl Geometry {
             let again = scene.method.bounces > 1;
             if again || dust.phase.is_spectral() {
                 let law = law(scene)?;
-                own.add("extinction law, by which light scatters", nodes.iter().map(|node| law.k(node.lambda_um)));
+                own.add("extinction law of scattered light", nodes.iter().map(|node| law.k(node.lambda_um)));
             }
             if again {
-                own.add("albedo, by which light scatters again", nodes.iter().map(|node| dust.albedo.at(node.lambda_um)));
+                own.add("albedo of multiple scattering", nodes.iter().map(|node| dust.albedo.at(node.lambda_um)));
             }
         }
         for (number, species) in scene.emission.iter().enumerate() {
-            own.add(format!("density of glowing gas number {}", number + 1), density(&*species.density));
+            own.add(format!("density of gas number {}", number + 1), density(&*species.density));
         }
         if let Some(detail) = &scene.detail {
             let unsaid = |value: Option<f64>| value.unwrap_or(-1.0);
@@ -96,13 +96,13 @@ impl Geometry {
             match other.traits.iter().find(|theirs| theirs.name == own.name) {
                 Some(theirs) if same(theirs) => {}
                 found => {
-                    let said = if found.is_some() { format!("one with other {}", own.name) } else { format!("one without {}", own.name) };
-                    return Err(Error::value("scene for plates", said, WANTED));
+                    let problem = if found.is_some() { "differs from that of" } else { "is not in the scene, but in" };
+                    return Err(Error::conflict(format!("{} {problem} the plates", own.name), REMEDY));
                 }
             }
         }
         match other.traits.iter().find(|theirs| self.traits.iter().all(|own| own.name != theirs.name)) {
-            Some(new) => Err(Error::value("scene for plates", format!("one with {}, which the plates do not have", new.name), WANTED)),
+            Some(new) => Err(Error::conflict(format!("the plates have no {}", new.name), REMEDY)),
             None => Ok(()),
         }
     }
@@ -114,8 +114,7 @@ pub fn binds_dust(scene: &Scene) -> bool {
     scene.dust.as_ref().is_some_and(|dust| scene.method.bounces > 1 || dust.phase.is_spectral())
 }
 
-const WANTED: &str =
-    "that of the plates, whose spectra, luminosities, passbands, albedo and amount of dust alone may be others; make new plates of it";
+const REMEDY: &str = "change only spectra, luminosities, passbands, albedo and the amount of dust, or make new plates";
 
 /// A density's box, and its values at places that are spread evenly over it.
 fn density(field: &dyn Field) -> Vec<f64> {

@@ -27,7 +27,7 @@ pub use self::geometry::{Geometry, Trait, binds_dust};
 use self::march::Work;
 use self::mixture::Share;
 pub use self::reach::Reach;
-use self::reach::{amounts, one_scattering, range};
+use self::reach::{amounts, check, one_scattering, range};
 use crate::backend::{describe, end_of_space};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -44,8 +44,7 @@ use crate::scene::Scene;
 const SHARE: f64 = 0.2;
 /// The largest stored number of a coordinate.
 const LEVELS: f32 = 65535.0;
-/// Most stars, and most nodes.
-const MOST_STARS: usize = 256;
+/// Largest number of nodes.
 const MOST_NODES: usize = 512;
 /// Steps of angle at which a phase function is asked.
 const ANGLES: usize = 24;
@@ -91,7 +90,25 @@ pub struct Record {
     pub notes: Vec<(String, String)>,
 }
 
-/// A picture kept light by light.
+/// Picture stored per light, to change spectra without another march.
+///
+/// # Examples
+/// ```
+/// use barnard::field::Fbm;
+/// use barnard::plates::Reach;
+/// use barnard::prelude::*;
+///
+/// let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8);
+/// let dust = Dust::new(Fbm::new(3), Extinction::named("draine03_rv31")?, Scale::mag_per_pc(4.0)).albedo(0.6);
+/// let star = |kelvin| Star::blackbody(Temperature(kelvin), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
+/// let mut scene = Scene::new(camera).bands(passband::set("johnson")?).dust(dust).star(star(15_000.0));
+/// let control = Control::default();
+/// let plates = Plates::new(&scene, Reach::default(), None, &Options::default(), &control)?;
+/// scene.stars = vec![star(30_000.0)];
+/// let hotter = plates.expose(&scene, &control)?;
+/// assert!(hotter.band(0).any(|v| v > 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Plates(Arc<Record>);
 
@@ -154,12 +171,9 @@ impl Plates {
         };
         let nodes = plan.spectral().common_nodes().unwrap_or_default().to_vec();
         if nodes.len() > MOST_NODES {
-            let said = format!("an optical depth of {:.0}, which needs {} nodes", plan.spectral().depth, nodes.len());
-            return Err(Error::value(
-                "scene for plates",
-                said,
-                format!("at most {MOST_NODES}; take a narrower range or a larger accuracy"),
-            ));
+            let problem =
+                format!("an optical depth of {:.0} needs {} nodes, plates have at most {MOST_NODES}", plan.spectral().depth, nodes.len());
+            return Err(Error::conflict(problem, "use a narrower range or a larger accuracy"));
         }
         let own: Vec<usize> = (0..plan.lights().len()).filter(|light| is_extended(plan.lights()[*light].route)).collect();
         let work = Work { scene, nodes: &nodes, options, control: &of_march };
@@ -192,16 +206,16 @@ impl Plates {
     /// Where sizes do not go together, or numbers cannot be.
     pub fn of(record: Record) -> Result<Self> {
         let Record { size, nodes, plates, .. } = &record;
-        let wrong = |what: &str| Err(Error::value("plates", what, "those that `barnard plates` writes"));
+        let wrong = |what: &str| Err(Error::conflict(format!("plates have {what}"), "write them again with `barnard plates`"));
         let pixels = size[0].saturating_mul(size[1]);
         let ascends = |pair: &[Node]| pair[1].k > pair[0].k;
         if nodes.len() < 6 || !nodes.windows(2).all(ascends) || !nodes.iter().all(|node| node.lambda_um > 0.0) {
-            return wrong("nodes that do not ascend");
+            return wrong("unsorted nodes");
         }
         let (first, step) = (nodes[0].k, nodes[1].k - nodes[0].k);
         let in_step = |(j, node): (usize, &Node)| (node.k - first - j as f64 * step).abs() < 1e-6 * (1.0 + node.k);
         if !nodes.iter().enumerate().all(in_step) {
-            return wrong("nodes that are not in equal steps");
+            return wrong("nodes of unequal steps");
         }
         let of_nodes = |row: &Vec<f64>| row.len() == nodes.len() && row.iter().all(|v| v.is_finite());
         let sound = |components: &Components| {
@@ -213,7 +227,7 @@ impl Plates {
                 && components.error >= 0.0
         };
         if !plates.iter().all(|plate| sound(&plate.components)) {
-            return wrong("components that cannot be");
+            return wrong("invalid components");
         }
         let fits = |plate: &Plate| {
             plate.level.len() == pixels
@@ -222,15 +236,15 @@ impl Plates {
                 && is_extended(plate.route)
         };
         if !plates.iter().all(fits) {
-            return wrong("plates of another size");
+            return wrong("mismatched sizes");
         }
         let is_depth = |depth: &f64| *depth >= 0.0;
         let is_number = |own: f64| is_depth(&own) && own.is_finite();
         if !(record.range_um.0 > 0.0 && record.range_um.1 > record.range_um.0 && record.range_um.1.is_finite()) {
-            return wrong("a range of wavelengths that cannot be");
+            return wrong("an invalid wavelength range");
         }
         if !(is_number(record.depth) && is_number(record.dust_per_pc) && record.accuracy > 0.0 && record.depths.iter().all(is_depth)) {
-            return wrong("depths or an accuracy that cannot be");
+            return wrong("invalid depths or accuracy");
         }
         Ok(Self(Arc::new(record)))
     }
@@ -280,21 +294,17 @@ impl Plates {
                     match CommonNodes::weights_of(&self.0.nodes, &source.measure).is_err() {
                         true => {
                             let said = format!("{} in {}: {error}", own.name, band.name());
-                            Error::value("scene for plates", said, "spectra and passbands within their range, or plates of a wider one")
+                            Error::conflict(said, "stay within the wavelength range of the plates, or make plates with a wider --range")
                         }
                         false => {
-                            let said = format!("{amount:.4} times their amount of dust in {}", band.name());
-                            Error::value("scene for plates", said, "an amount that they reach; make plates that reach more")
+                            let problem = format!("the plates do not cover {amount:.4} times their amount of dust in {}", band.name());
+                            Error::conflict(problem, "make plates with a wider --dust")
                         }
                     }
                 })?;
                 let plate = plates.iter().position(|plate| plate.route == own.route);
                 if plate.is_none() && is_extended(own.route) {
-                    return Err(Error::value(
-                        "scene for plates",
-                        format!("{}, which they do not hold", own.name),
-                        "the lights of their own",
-                    ));
+                    return Err(Error::conflict(format!("the plates have no {}", own.name), "make new plates of this scene"));
                 }
                 Ok(Part { light, plate, source, weights })
             };
@@ -321,8 +331,8 @@ impl Plates {
             true => Ok(1.0),
             false if own > 0.0 && theirs > 0.0 => Ok(theirs / own),
             false => {
-                let said = format!("an amount of dust of {theirs} pc-1, where theirs is {own}");
-                Err(Error::value("scene for plates", said, "an amount above zero in both, or new plates of it"))
+                let problem = format!("the dust scale is {theirs} pc-1, that of the plates {own} pc-1");
+                Err(Error::conflict(problem, "use a scale above zero in both, or make new plates"))
             }
         }
     }
@@ -336,7 +346,7 @@ impl Plates {
         let pixels = self.0.size[0] * self.0.size[1];
         if picture.len() != pixels * mixture.parts.len() {
             let wanted = format!("{} bands of {} x {} pixels", mixture.parts.len(), self.0.size[0], self.0.size[1]);
-            return Err(Error::value("picture of plates", format!("{} values", picture.len()), wanted));
+            return Err(Error::mismatch("picture of plates", wanted, format!("{} values", picture.len())));
         }
         mixture::add(&self.0.plates, &mixture.shares, pixels, picture);
         Ok(())
@@ -354,9 +364,9 @@ impl Plates {
             band.certificate = certificates.iter().map(|(light, own)| format!("{}: {}", lights[*light].name, in_words(own))).collect();
             band.keywords.extend(in_keywords(certificates.into_iter().map(|(_, certificate)| certificate)));
         }
-        image.keywords.push(keywords::text("BACKEND", "plates", "what made the picture"));
+        image.keywords.push(keywords::text("BACKEND", "plates", "origin of the picture"));
         image.keywords.extend(keywords::number("ACCURACY", self.0.accuracy, "asked for"));
-        image.keywords.extend(keywords::number("TAUMAX", self.0.depth * mixture.amount, "largest optical depth at V that was met"));
+        image.keywords.extend(keywords::number("TAUMAX", self.0.depth * mixture.amount, "largest optical depth at V"));
         image.notes.push(("backend".into(), "plates".into()));
         image.notes.extend(self.0.notes.iter().cloned());
         Ok(image)
@@ -398,7 +408,7 @@ impl Plates {
         let lights = lights(scene)?;
         let depths = &self.0.depths;
         if points(Sources::All, scene, &scene.camera, &lights)?.len() != depths.len() {
-            return Err(Error::value("scene for plates", "other stars of a field or a catalogue", "those that the plates were made with"));
+            return Err(Error::conflict("the plates have other field or catalogue stars", "make new plates of this scene"));
         }
         let fluxes = |number: usize, light: usize, _: &Ray, _: f64| {
             let depth = depths[number] * mixture.amount;
@@ -435,18 +445,6 @@ fn phases(scene: &Scene) -> Vec<Factor> {
 /// True if a light is seen in all pixels, and not as a point.
 fn is_extended(route: Route) -> bool {
     matches!(route, Route::Scattered { .. } | Route::Emitted { .. } | Route::Background)
-}
-
-/// Refuses scenes that no plates are made of.
-fn check(scene: &Scene) -> Result<()> {
-    if scene.camera.stereo.is_some() {
-        return Err(Error::value("scene for plates", "a camera with two eyes", "one with one: leave [camera.stereo] out"));
-    }
-    if scene.stars.len() > MOST_STARS {
-        let said = format!("{} stars", scene.stars.len());
-        return Err(Error::value("scene for plates", said, format!("at most {MOST_STARS}: each has a plate of its own")));
-    }
-    Ok(())
 }
 
 /// The amount of dust of a scene, as the optical depth at V of a parsec of density one \[pc⁻¹\]; zero without dust.

@@ -37,11 +37,8 @@ pub(super) fn range(scene: &Scene, asked: Option<(f64, f64)>) -> Result<(f64, f6
         return Ok(((low * (1.0 - BEYOND)).max(first.min(low)), (high * (1.0 + BEYOND)).min(last.max(high))));
     };
     if !(from > 0.0 && to > from && to.is_finite()) {
-        return Err(Error::value(
-            "range of plates",
-            format!("{} to {} nm", from * 1e3, to * 1e3),
-            "one from a shorter to a longer wavelength",
-        ));
+        let value = format!("{} to {} nm", from * 1e3, to * 1e3);
+        return Err(Error::out_of_range("range of plates", value, "from a shorter to a longer wavelength"));
     }
     if let Some(dust) = &scene.dust {
         dust.extinction.check("the range of plates", from, to)?;
@@ -56,16 +53,16 @@ const MOST_DUST: f64 = 100.0;
 
 /// The amounts of dust that plates of a scene reach, as parts of its own.
 pub(super) fn amounts(scene: &Scene, (least, most): (f64, f64)) -> Result<(f64, f64)> {
-    let what = "dust that plates reach";
-    let said = || format!("{least} to {most} times that of the scene");
+    let value = || format!("{least} to {most}");
     if !(least > 0.0 && least <= 1.0 && (1.0..=MOST_DUST).contains(&most)) {
-        return Err(Error::value(what, said(), format!("a part of it above 0 and up to 1, and a multiple from 1 to {MOST_DUST}")));
+        let allowed = format!("a factor above 0 and up to 1, and one from 1 to {MOST_DUST}");
+        return Err(Error::out_of_range("dust range of plates", value(), allowed));
     }
     if (least, most) != (1.0, 1.0) && binds_dust(scene) {
-        return Err(Error::value(
-            what,
-            said(),
-            "1 to 1, where light scatters more than once or the phase function changes with wavelength: leave it out",
+        return Err(Error::unsupported(
+            format!("a dust range of {}", value()),
+            "a plate of multiple scattering, or of a phase function that depends on wavelength,",
+            "leave it out",
         ));
     }
     // A law that turns back between two places at which it was looked at goes a little farther. Nodes that are wavelengths are its own.
@@ -82,4 +79,19 @@ pub(super) fn one_scattering(scene: &Scene, (low, high): (f64, f64), amounts: (f
         Method { bounces: 1, settings: Settings { amounts, ..Settings::default() }, ..scene.method.clone() }.with_name("common_nodes")?;
     method.exact_stars = None;
     Ok(scene.clone().bands(bands).method(method))
+}
+
+/// Largest number of stars.
+const MOST_STARS: usize = 256;
+
+/// Rejects scenes that plates do not support.
+pub(super) fn check(scene: &Scene) -> Result<()> {
+    if scene.camera.stereo.is_some() {
+        return Err(Error::unsupported("a stereo camera", "a set of plates", "remove [camera.stereo]"));
+    }
+    if scene.stars.len() > MOST_STARS {
+        let feature = format!("{} stars with a plate each", scene.stars.len());
+        return Err(Error::unsupported(feature, "a set of plates", format!("use at most {MOST_STARS} stars")));
+    }
+    Ok(())
 }

@@ -172,7 +172,7 @@ impl Volume {
     pub(crate) fn single(&self) -> &[f32] {
         match &self.values {
             Values::Single(data) => data,
-            Values::Half(_) => unreachable!("the volume was made in half precision"),
+            Values::Half(_) => unreachable!("the volume has half precision"),
         }
     }
 
@@ -180,7 +180,7 @@ impl Volume {
     pub(crate) fn single_mut(&mut self) -> &mut [f32] {
         match &mut self.values {
             Values::Single(data) => data,
-            Values::Half(_) => unreachable!("the volume was made in half precision"),
+            Values::Half(_) => unreachable!("the volume has half precision"),
         }
     }
 

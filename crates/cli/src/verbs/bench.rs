@@ -10,26 +10,26 @@ use crate::backends::{names, registry};
 use crate::progress;
 use crate::source::SceneArgs;
 
-/// Times the methods on one scene in one run, with their errors against the reference.
+/// Times the methods on one scene, with their errors relative to the reference.
 ///
-/// Times are medians over frames after one warm-up; machines are noisy, so the ratios are what counts.
+/// Times are medians over frames after one warm-up. Compare ratios, because machines are noisy.
 #[derive(Args)]
 pub struct Bench {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Frames for each method
+    /// Frames per method
     #[arg(long, default_value_t = 5)]
     frames: usize,
-    /// Edge of the small image whose error is measured against the reference; 0 leaves the errors out
+    /// Edge of the small image for errors relative to the reference; 0 skips the errors
     #[arg(long, default_value_t = 48)]
     error_size: usize,
-    /// Which methods, such as band_quadrature,midpoint; all if not given
+    /// Methods, such as band_quadrature,midpoint (default: all)
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     methods: Option<Vec<String>>,
-    /// Back end; unsupported methods are left out
+    /// Back end; unsupported methods are skipped
     #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(true))]
     backend: String,
-    /// As JSON, for programs
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }
@@ -43,7 +43,7 @@ impl Bench {
         let on_device = entry.device != DeviceUse::Never;
         let device = if on_device { "GPU" } else { "CPU" };
         if !self.json && on_device {
-            say!("{}; its own time by timestamps, without the way back of the picture", backend.name());
+            say!("{}; device time by timestamps, without the copy to main memory", backend.name());
         }
         // A name of before is that of now.
         let now = |name: &String| Ok(scene.method.clone().with_name(name)?.entry.name.to_owned());

@@ -14,7 +14,7 @@ use crate::backends::registry;
 use crate::progress;
 use crate::source::SceneArgs;
 
-/// Validates a scene and prints what was found and the plan.
+/// Validates a scene and prints its contents and plan.
 #[derive(Args)]
 pub struct Check {
     #[command(flatten)]
@@ -42,7 +42,7 @@ const MAX_STARS: usize = 12;
 fn describe(scene: &Scene) {
     let camera = &scene.camera;
     say!("scene     {}{}", scene.name, if scene.description.is_empty() { String::new() } else { format!(": {}", scene.description) });
-    say!("camera    {} x {} pixels, {} rays each", camera.width, camera.height, camera.supersampling.pow(2));
+    say!("camera    {} x {} pixels, {} rays per pixel", camera.width, camera.height, camera.supersampling.pow(2));
     match &scene.dust {
         None => say!("dust      none"),
         Some(dust) => {
@@ -81,14 +81,14 @@ fn describe_bounces(scene: &Scene, options: &Options) -> anyhow::Result<()> {
     match scene.method.bounces {
         _ if !scatters => {}
         1 => say!(
-            "bounces   1, the default: light that scatters more often is left out, a third of a nebula's light in clouds of depth 1 and more; --bounces 1000 has all of it"
+            "bounces   1, single scattering; in clouds of depth 1 and more, multiple scattering adds a third of the light (--bounces 1000)"
         ),
         many => say!("bounces   at most {many}"),
     }
     for entry in registry().entries().iter().filter(|entry| !entry.planned) {
         let unable = (entry.open)(scene)?.unable(&Job::new(scene, options)?, &Control::default())?;
         if let Some(why) = unable {
-            say!("          not by --backend {}: {why}", entry.name);
+            say!("          unsupported by --backend {}: {why}", entry.name);
         }
     }
     Ok(())
@@ -110,7 +110,7 @@ fn place(v: barnard::glam::DVec3) -> String {
 }
 
 fn describe_plan(plan: &Plan) {
-    say!("method    {}, {} terms a sample, depths up to {:.3}", plan.spectral().method, plan.spectral().terms(), plan.spectral().depth);
+    say!("method    {}, {} terms per sample, depths up to {:.3}", plan.spectral().method, plan.spectral().terms(), plan.spectral().depth);
     let list = |nodes: &[Node]| {
         let words: Vec<String> = nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
         words.join(", ")

@@ -10,21 +10,21 @@ use barnard::observation::RadianceUnit;
 use barnard_files::formats::{UNIT_NOTE, read_image};
 use clap::Args;
 
-/// Compares two images (.npy, .fits, .exr), B being the truth: relative RMSE √(mean (a − b)²)/√(mean b²) and largest
+/// Compares image A with ground truth B (.npy, .fits, .exr): relative RMSE √(mean (a − b)²)/√(mean b²) and largest
 /// difference, per band.
 ///
-/// Standard errors that stand beside the bands are not compared; where A has some, the mean of ((a − b)/error)² is
-/// told, which is 1 where chance alone differs.
+/// Standard errors are not compared; where A has some, the mean of ((a − b)/error)² is
+/// printed, which is 1 for purely statistical differences.
 #[derive(Args)]
 pub struct Compare {
     /// The image
     a: PathBuf,
     /// The truth
     b: PathBuf,
-    /// Exit with status 1 if a band's relative RMSE is above this
+    /// Exit with status 1 if the relative RMSE of a band exceeds this
     #[arg(long, value_name = "X")]
     tolerance: Option<f64>,
-    /// As JSON, for programs
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }
@@ -45,7 +45,7 @@ impl Compare {
         if let Some(tolerance) = self.tolerance
             && !(0.0..f64::INFINITY).contains(&tolerance)
         {
-            bail!("--tolerance {tolerance} is no relative RMSE; give a number such as 1e-3");
+            bail!("--tolerance {tolerance} is out of range; give a relative RMSE such as 1e-3");
         }
         let (a, b) = (read_image(&self.a, DEFAULT_LIMIT)?, read_image(&self.b, DEFAULT_LIMIT)?);
         let shape = |i: &Image| (i.width, i.height, i.radiances().count());
@@ -59,7 +59,7 @@ impl Compare {
         if unit(&a) != unit(&b) && is_own(&unit(&a)) && is_own(&unit(&b)) {
             let (a_is, b_is) = (unit(&a), unit(&b));
             bail!(
-                "the images differ in unit: {} holds {a_is}, {} holds {b_is}; render both with the same [observation] unit",
+                "the images differ in unit: {} has {a_is}, {} has {b_is}; render both with the same [observation] unit",
                 self.a.display(),
                 self.b.display()
             );
@@ -92,7 +92,7 @@ fn pairs(a: &Image, b: &Image) -> anyhow::Result<Vec<(usize, usize)>> {
     let names = |i: &Image| i.bands.iter().map(|band| band.name.as_str()).collect::<Vec<_>>().join(", ");
     let partner = |i: usize| {
         let Some(j) = b.bands.iter().position(|other| other.name == a.bands[i].name) else {
-            bail!("the images have different bands: {} against {}", names(a), names(b));
+            bail!("the images differ in bands: {} and {}", names(a), names(b));
         };
         Ok((i, j))
     };

@@ -19,7 +19,7 @@ const LONGEST_NAME: usize = 60;
 
 /// Reads a grid of one format and writes it in another, in parsecs.
 ///
-/// The keys of a field of kind "grid" are options; docs/data.md says what they do. Number densities are written in cm-3,
+/// Options are the keys of a field of kind "grid" (docs/data.md). Number densities are written in cm-3,
 /// extinctions in mag/pc.
 ///
 /// Examples:
@@ -29,9 +29,9 @@ const LONGEST_NAME: usize = 60;
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Convert {
-    /// The file that is read: .vdb, .h5, .nc, .fits, .npy, .npz
+    /// Input file: .vdb, .h5, .nc, .fits, .npy, .npz
     input: PathBuf,
-    /// The file that is written: .vdb, .fits, .h5, .npy
+    /// Output file: .vdb, .fits, .h5, .npy
     output: PathBuf,
     /// Grid of a .vdb, dataset of an HDF5 file, array of an .npz, HDU of a FITS file
     #[arg(long, value_name = "NAME")]
@@ -48,43 +48,43 @@ pub struct Convert {
     /// Edge of a cubic voxel, such as "0.01 pc"
     #[arg(long, value_name = "LENGTH")]
     voxel: Option<String>,
-    /// Unit of length for files whose lengths have none
+    /// Unit of length of files without one
     #[arg(long, value_name = "LENGTH")]
     scale: Option<String>,
-    /// Middle of the box of all of the array
+    /// Centre of the box of the whole array
     #[arg(long, value_name = "X Y Z UNIT", allow_hyphen_values = true)]
     centre: Option<String>,
-    /// So many voxels along each axis become one, their mean
+    /// Number of voxels per axis to average into one
     #[arg(long, value_name = "N")]
     every: Option<i64>,
-    /// The grid is made as coarse as it must be to take no more than this (the key memory of a field), such as "512 MiB"
+    /// Memory limit of the grid, met by averaging voxels (key memory of a field), such as "512 MiB"
     #[arg(long, value_name = "SIZE")]
     fit: Option<String>,
-    /// A measured map of the Galaxy's dust: edenhofer24, leike20, lallement22, vergely22
+    /// Published dust map of the Galaxy: edenhofer24, leike20, lallement22, vergely22
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
     /// Unit of the values
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
-    /// Mass of the gas per hydrogen nucleus in hydrogen atoms, for mass densities such as g/cm3: 1.4 for solar abundances
+    /// Gas mass per hydrogen nucleus in hydrogen masses, for mass densities such as g/cm3: 1.4 for solar abundances
     #[arg(long, value_name = "NUMBER")]
     mass_per_h: Option<f64>,
     /// Storage precision in sparse blocks: single, half or byte
     #[arg(long, value_name = "KIND")]
     storage: Option<String>,
-    /// Every value is multiplied by it
+    /// Factor of all values
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     factor: Option<f64>,
-    /// Blank, NaN and negative voxels become zero instead of an error
+    /// Set blank, NaN and negative voxels to zero instead of an error
     #[arg(long)]
     clip: bool,
-    /// The file's own frame is not read: --low and --high, or --voxel, say better
+    /// Ignore the file's coordinates and use --low and --high, or --voxel
     #[arg(long)]
     no_wcs: bool,
-    /// Name of the grid in the file that is written
+    /// Name of the grid in the output file
     #[arg(long, value_name = "NAME", default_value = "density")]
     name: String,
-    /// Most memory that the grid, and writing it, may take [GiB]
+    /// Memory limit of reading and writing the grid [GiB]
     #[arg(long, default_value_t = 16.0, value_name = "GIB")]
     memory: f64,
 }
@@ -94,11 +94,11 @@ impl Convert {
         grid_writer(&self.output)?;
         check_replaceable(&self.output)?;
         if self.input.canonicalize().is_ok_and(|input| self.output.canonicalize().is_ok_and(|output| input == output)) {
-            bail!("{}: is what is read; choose another name for the output", self.output.display());
+            bail!("{}: the output is the input; choose another name", self.output.display());
         }
         let is_name = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
         if self.name.is_empty() || self.name.len() > LONGEST_NAME || !self.name.chars().all(is_name) {
-            bail!("--name \"{}\" is no name: up to {LONGEST_NAME} letters, digits, _, - and . are one in every format", self.name);
+            bail!("--name \"{}\" is invalid; use up to {LONGEST_NAME} letters, digits, _, - and .", self.name);
         }
         let keys = self.keys()?;
         let memory_limit = memory_limit(self.memory)?;
@@ -121,7 +121,7 @@ impl Convert {
     /// The options as the keys of a field.
     fn keys(&self) -> anyhow::Result<Table> {
         let mut keys = Table::new(None);
-        let Some(input) = self.input.to_str() else { bail!("{}: a path that is no UTF-8 cannot be read", self.input.display()) };
+        let Some(input) = self.input.to_str() else { bail!("{}: the path is not UTF-8; rename the file", self.input.display()) };
         keys.insert("file", Value::Text(input.to_owned()));
         let texts = [
             ("array", &self.array),

@@ -10,19 +10,19 @@ use clap::Args;
 use crate::source::SceneArgs;
 use crate::{outputs, progress};
 
-/// Makes pictures of plates: of a scene that differs from theirs in spectra, luminosities, passbands or albedo alone.
+/// Makes a picture from plates of a scene with other spectra, luminosities, passbands or albedo.
 ///
 /// Examples:
 ///   barnard expose my.plates my.toml -o my.png
-///   barnard expose my.plates my.toml -o hot.fits --set "star.0.temperature=30000 K" --set bands=hst-wfc3-broad
+///   barnard expose my.plates my.toml -o hot.fits --set "star[0].temperature=30000 K" --set bands=hst-wfc3-broad
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Expose {
-    /// The plates, which `barnard plates` wrote
+    /// Plates written by `barnard plates`
     plates: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
-    /// Output path: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); as often as there are files to write
+    /// Output file: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); repeatable
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
 }
@@ -36,10 +36,10 @@ impl Expose {
         let plates = barnard_files::plates::load(&self.plates, options.memory_limit)?;
         let start = Instant::now();
         let image = plates.expose(&scene, &control)?;
-        say!("{} x {}, {} bands, {:.3} s", image.width, image.height, image.bands.len(), start.elapsed().as_secs_f64());
+        say!("{} x {} px, {} bands, {:.3} s", image.width, image.height, image.bands.len(), start.elapsed().as_secs_f64());
         for band in &image.bands {
             for words in &band.certificate {
-                say!("{}: {words}", band.name);
+                detail!("{}: {words}", band.name);
             }
         }
         for path in &self.output {

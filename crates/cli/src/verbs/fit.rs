@@ -17,42 +17,42 @@ use crate::verbs::frames::named;
 
 /// Fits parameters of a scene to observed images: values with standard errors, correlations, residuals.
 ///
-/// A parameter is a key of the scene, which says where the fit begins, in its unit there: KEY, KEY=LOW..HIGH with bounds,
-/// KEY~MEAN+-SIGMA with what is known beforehand.
+/// A parameter is a scene key, whose value is the start: KEY, KEY=LOW..HIGH with bounds,
+/// KEY~MEAN+-SIGMA with a prior.
 ///
 /// Examples:
-///   barnard fit my.toml --to master.fits --free "star.0.luminosity, star.0.temperature=5000..40000, dust.scale"
-///   barnard fit my.toml --to a.fits --with a.toml --to b.fits --with b.toml --free emission.0.scale -o fit.json --residuals left_%d.fits
+///   barnard fit my.toml --to master.fits --free "star[0].luminosity, star[0].temperature=5000..40000, dust.scale"
+///   barnard fit my.toml --to a.fits --with a.toml --to b.fits --with b.toml --free "emission[0].scale" -o fit.json --residuals left_%d.fits
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Fit {
     #[command(flatten)]
     scene: SceneArgs,
-    /// An observed image (FITS: an HDU for each passband by its name, standard errors, masks; FILE[NAME] chooses one); repeat it for more images
+    /// Observed image (FITS: one HDU per passband, by name, standard errors, masks; FILE[NAME] selects one); repeatable
     #[arg(long, value_name = "IMAGE", required = true)]
     to: Vec<PathBuf>,
-    /// Tables of that image (TOML) in place of the scene's: [instrument], bands, [camera], [observation]; one for each --to, or none
+    /// TOML overrides for that image: [instrument], bands, [camera], [observation]; one per --to, or none
     #[arg(long, value_name = "TOML")]
     with: Vec<PathBuf>,
-    /// What images do not say and is taken to be as in the scene: their unit (BUNIT), or their place on the sky (WCS)
+    /// Missing metadata to assume from the scene: unit (BUNIT) or sky position (WCS)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     assume: Vec<Unsaid>,
     /// Free parameters, separated by commas: keys with bounds and priors
     #[arg(long, value_name = "KEYS")]
     free: String,
-    /// Path of values, covariance and errors as JSON
+    /// Output file of values, covariance and errors (JSON)
     #[arg(short, long, value_name = "OUT.json")]
     output: Option<PathBuf>,
-    /// Path of the scene with the fitted values
+    /// Output file of the scene with the fitted values
     #[arg(long, value_name = "OUT.toml")]
     found: Option<PathBuf>,
-    /// Path of residuals (data minus model) and standard errors: left.fits, or left_%d.fits for several images
+    /// Output file of residuals (data minus model) and standard errors: left.fits, or left_%d.fits for several images
     #[arg(long, value_name = "OUT.fits")]
     residuals: Option<PathBuf>,
-    /// Path of a plot of the residuals in standard errors, beside what noise makes of them (.svg or .png)
+    /// Output file of a histogram of residuals in standard errors, compared with noise (.svg or .png)
     #[arg(long, value_name = "OUT")]
     plot: Option<PathBuf>,
-    /// Path of a corner plot: how well each parameter is known, and how any two go together (.svg or .png)
+    /// Output file of a corner plot of the parameters (.svg or .png)
     #[arg(long, value_name = "OUT")]
     corner: Option<PathBuf>,
 }
@@ -69,16 +69,16 @@ enum Unsaid {
 impl Fit {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         if !self.with.is_empty() && self.with.len() != self.to.len() {
-            bail!("{} --with for {} --to: each image has one, or none has", self.with.len(), self.to.len());
+            bail!("{} --with for {} --to; give one --with per image, or none", self.with.len(), self.to.len());
         }
-        self.scene.refuse_overrides("a fit reads the scene anew for each of its values")?;
+        self.scene.refuse_overrides("a fit reads the scene again for each evaluation")?;
         let free = parameters(&self.free)?;
         let left = self.residual_files()?;
         for (flag, path, ending) in
             [("-o", &self.output, "json"), ("--found", &self.found, "toml"), ("--residuals", &self.residuals, "fits")]
         {
             if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|own| !own.eq_ignore_ascii_case(ending))) {
-                bail!("{flag} {}: a file whose name ends with .{ending} is written", path.display());
+                bail!("{flag} {}: the file name must end with .{ending}", path.display());
             }
         }
         self.output.iter().chain(&self.found).try_for_each(|path| check_replaceable(path))?;
@@ -134,16 +134,16 @@ impl Fit {
         }
         if !fitted.degenerate.is_empty() {
             let names: Vec<&str> = fitted.degenerate.iter().map(|i| free[*i].key.as_str()).collect();
-            complain!("warning: these data do not tell apart {}; leave one out, or give it a prior: KEY~MEAN+-SIGMA", names.join(", "));
+            complain!("warning: the parameters {} are degenerate; remove one, or give it a prior: KEY~MEAN+-SIGMA", names.join(", "));
         }
         for i in &fitted.bounded {
-            complain!("warning: {} is at its bound; its standard error says little", free[*i].key);
+            complain!("warning: {} is at its bound; its standard error is unreliable", free[*i].key);
         }
         if let Some(warning) = fitted.chi2_warning() {
             complain!("warning: {warning}");
         }
         if !fitted.converged {
-            complain!("warning: steps did not become small; begin nearer, or give bounds");
+            complain!("warning: the fit did not converge; use a better start, or bounds");
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -154,7 +154,7 @@ impl Fit {
         match self.to.len() {
             1 if !pattern.to_string_lossy().contains('%') => Ok(vec![pattern.clone()]),
             count => (1..=count as i64).map(|number| named(pattern, number)).collect::<Option<_>>().with_context(|| {
-                format!("--residuals {}: several images need a number in their name, such as left_%d.fits", pattern.display())
+                format!("--residuals {}: several images require a number in the name, such as left_%d.fits", pattern.display())
             }),
         }
     }
@@ -171,14 +171,14 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
     let (chi2, count) = fitted.chi2;
     let degrees = count.saturating_sub(free.len());
     say!(
-        "{} free ({} linear), {count} pixels, chi2 {chi2:.1} of {degrees} degrees of freedom, {} pictures, {seconds:.1} s",
+        "{} free ({} linear), {count} pixels, chi2 {chi2:.1} for {degrees} degrees of freedom, {} pictures, {seconds:.1} s",
         free.len(),
         fitted.linear.iter().filter(|linear| **linear).count(),
         fitted.evaluations
     );
     for (i, parameter) in free.iter().enumerate() {
         say!(
-            "{} = {} {} (began at {}; model right to {:.1e})",
+            "{} = {} {} (start {}; model error {:.1e})",
             parameter.key,
             said(fitted, i),
             units[i],
@@ -241,13 +241,13 @@ fn check_plot(flag: &str, path: &Path) -> anyhow::Result<()> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("svg" | "png") => Ok(check_replaceable(path)?),
-        _ => bail!("{flag} {}: plots are .svg or .png", path.display()),
+        _ => bail!("{flag} {}: the file name of a plot must end with .svg or .png", path.display()),
     }
 }
 
 #[cfg(not(feature = "study"))]
 fn check_plot(flag: &str, path: &Path) -> anyhow::Result<()> {
-    bail!("{flag} {}: this program was built without plots; build it with --features study", path.display())
+    bail!("{flag} {}: this build has no plots; build it with --features study", path.display())
 }
 
 #[cfg(feature = "study")]

@@ -22,23 +22,23 @@ use crate::source::SceneArgs;
 use crate::verbs::refuse_inputs;
 use crate::{outputs, progress};
 
-/// Which frames of a sequence are rendered.
+/// Frames of a sequence to render.
 #[derive(Args)]
 pub struct FrameArgs {
-    /// Frames of a scene that changes: all, 1-900, 1-900x10 (every tenth) or a list 1,5,9-12; -o names each by its number, as
+    /// Frames of an animated scene: all, 1-900, 1-900x10 (every tenth) or a list 1,5,9-12; -o contains the number, as
     /// name_%06d.exr or name_####.exr
     #[arg(long, value_name = "FRAMES", allow_hyphen_values = true)]
     frames: Option<String>,
-    /// The part of the frames that this process renders, such as 3/8: every eighth, from the third on
+    /// Part of the frames for this process, such as 3/8: every eighth, from the third on
     #[arg(long, value_name = "I/N", requires = "frames", value_parser = parse_shard)]
     shard: Option<(usize, usize)>,
-    /// Render frames anew whose files are there
+    /// Render existing frames again
     #[arg(long, requires = "frames")]
     overwrite: bool,
 }
 
 fn parse_shard(text: &str) -> Result<(usize, usize), String> {
-    let wrong = || "a shard is I/N with I from 1 to N, such as 3/8".to_owned();
+    let wrong = || "a shard must be I/N with I from 1 to N, such as 3/8".to_owned();
     let (own, all) = text.split_once('/').ok_or_else(wrong)?;
     match (own.trim().parse(), all.trim().parse()) {
         (Ok(own), Ok(all)) if (1..=all).contains(&own) => Ok((own, all)),
@@ -54,10 +54,10 @@ fn parse_frames(text: &str, frames: Frames) -> anyhow::Result<Vec<i64>> {
     }
     let mut numbers = BTreeSet::new();
     for part in text.split(',').map(str::trim) {
-        let wrong = || anyhow::anyhow!("--frames {text}: \"{part}\" is no frame and no range of frames; write 12, 1-900, 1-900x10 or all");
+        let wrong = || anyhow::anyhow!("--frames {text}: \"{part}\" is not a frame or a range; write 12, 1-900, 1-900x10 or all");
         // Other programs write ranges with a colon, which is a step here.
         if let Some((from, to)) = part.split_once(':').filter(|(from, _)| !from.trim_start_matches('-').contains('-')) {
-            bail!("--frames {text}: \"{part}\" is no range of frames; write {from}-{to}, and {from}-{to}x10 for every tenth");
+            bail!("--frames {text}: \"{part}\" is not a range; write {from}-{to}, or {from}-{to}x10 for every tenth");
         }
         let (range, every) = match part.split_once(['x', ':']) {
             Some((range, every)) => (range, every.trim().parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(wrong)?),
@@ -71,10 +71,10 @@ fn parse_frames(text: &str, frames: Frames) -> anyhow::Result<Vec<i64>> {
             None => (number(range)?, number(range)?),
         };
         if from > to {
-            bail!("--frames {text}: {from} comes behind {to}; write {to}-{from}");
+            bail!("--frames {text}: {from} is after {to}; write {to}-{from}");
         }
         if let Some(outside) = [from, to].into_iter().find(|n| !(first..=last).contains(n)) {
-            bail!("--frames {text}: there is no frame {outside}; the scene has frames {first} to {last}");
+            bail!("--frames {text}: frame {outside} does not exist; the scene has frames {first} to {last}");
         }
         numbers.extend((from..=to).step_by(every));
     }
@@ -177,9 +177,7 @@ impl FrameArgs {
                 continue;
             };
             if !claim.is_locked() && done == 0 {
-                complain!(
-                    "warning: this file system knows no locks; give each process a shard of its own, or frames may be rendered twice"
-                );
+                complain!("warning: this file system does not support locks; give each process its own --shard to avoid duplicate work");
             }
             // Another process may have written it in the meantime.
             if is_done(*number)? {
@@ -194,7 +192,7 @@ impl FrameArgs {
             control.check()?;
         }
         if elsewhere > 0 {
-            complain!("{elsewhere} frames are claimed by other processes; run again to see that all are there");
+            complain!("{elsewhere} frames are being rendered by other processes; run again to verify that all exist");
         }
         Ok(())
     }
@@ -220,7 +218,7 @@ impl Shoot<'_> {
         let file = |path: &PathBuf| match named(path, number) {
             Some(file) => outputs::files(&file, camera),
             None if alone => outputs::files(path, camera),
-            None => bail!("-o {}: many frames cannot be one file; write their number into its name, as name_%06d.exr", path.display()),
+            None => bail!("-o {}: frames require a number in the file name, such as name_%06d.exr", path.display()),
         };
         self.outputs.iter().map(file).collect()
     }
@@ -231,7 +229,7 @@ impl Shoot<'_> {
         let held = Held::by(&pilots, |time| self.scene.uncropped(follower.scene(time, control)?), self.options, control)?;
         let choices = &held.choices;
         complain!(
-            "held for all frames by {} pilot frames: {}, star depths x {}, white {}",
+            "settings of all frames, from {} pilot frames: {}, star depths x {}, white {}",
             pilots.len(),
             choices.stepping,
             choices.star_factor,
@@ -258,7 +256,7 @@ impl Shoot<'_> {
             march(&scene, plan, control)
         };
         let image = mean(self.sequence.frames().moments(number).into_iter().map(at))?;
-        let (Some(mut image), Some(camera)) = (image, camera) else { bail!("no moment of it was rendered") };
+        let (Some(mut image), Some(camera)) = (image, camera) else { bail!("no moment of the frame was rendered") };
         self.sequence.frames().stamp(number, &mut image);
         let mut files = Vec::new();
         for path in self.outputs {
@@ -293,9 +291,14 @@ mod tests {
         assert_eq!(read("1-30x10").unwrap(), [1, 11, 21]);
         assert_eq!(read("-5--3").unwrap(), [-5, -4, -3]);
         assert_eq!(read("all").unwrap().len(), 1000);
-        for (text, words) in
-            [("5-1", "1-5"), ("1-995", "-5 to 994"), ("x", "no frame"), ("1-9x0", "no frame"), ("", "no frame"), ("1-", "no frame")]
-        {
+        for (text, words) in [
+            ("5-1", "1-5"),
+            ("1-995", "-5 to 994"),
+            ("x", "not a frame"),
+            ("1-9x0", "not a frame"),
+            ("", "not a frame"),
+            ("1-", "not a frame"),
+        ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }

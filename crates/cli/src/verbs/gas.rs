@@ -9,16 +9,16 @@ use clap::Args;
 
 use crate::source::SceneArgs;
 
-/// Tells what a scene's stars make of its [gas]: temperature, ions, lines.
+/// Computes ionisation, temperature and lines of a scene's [gas].
 ///
-/// With -o, a report goes into a folder: gas.md with tables of stars and lines beside the benchmarks of Lexington, profiles
-/// (ions and temperature as CSV, SVG, PNG), and maps of a plane through the middle of the
+/// With -o, writes a report: gas.md with tables of stars and lines next to the Lexington benchmarks, profiles
+/// (ions and temperature as CSV, SVG, PNG), and maps of a plane through the
 /// stars (maps.png).
 #[derive(Args)]
 pub struct Gas {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The folder of the report, made where it is missing
+    /// Folder of the report, created if missing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 }
@@ -26,7 +26,7 @@ pub struct Gas {
 impl Gas {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, _) = self.scene.load()?;
-        let Some(gas) = &scene.gas else { bail!("the scene has no [gas]; write one such as  [gas]  density = \"n_H\"  (docs/gas.md)") };
+        let Some(gas) = &scene.gas else { bail!("the scene has no [gas]; add one such as  [gas]  density = \"n_H\"  (docs/gas.md)") };
         gas.told().iter().for_each(|told| say!("{told}"));
         self.output.map_or(Ok(()), |folder| report(&scene.name, gas, &folder))?;
         Ok(ExitCode::SUCCESS)
@@ -42,5 +42,5 @@ fn report(name: &str, gas: &IonisedGas, folder: &Path) -> anyhow::Result<()> {
 
 #[cfg(not(feature = "study"))]
 fn report(_: &str, _: &IonisedGas, _: &Path) -> anyhow::Result<()> {
-    bail!("this program was built without reports; build it with: cargo run --release -F study -- gas")
+    bail!("this build has no reports; build it with: cargo run --release -F study -- gas")
 }

@@ -12,18 +12,18 @@ use clap::Args;
 
 use crate::source::memory_limit;
 
-/// Shows what this machine renders on, or what a file of arrays holds.
+/// Shows processors and graphics adapters, or the contents of a file.
 #[derive(Args)]
 pub struct Info {
-    /// An input: a volume (.vdb, .h5, .fits, .npy), a filter, spectrum, albedo or phase table, a catalogue, a star table, a camera path or a picture
+    /// Input file: volume (.vdb, .h5, .fits, .npy), filter, spectrum, albedo, phase function, catalogue, star table, camera path or picture
     file: Option<PathBuf>,
-    /// Reads the values of the file's grids too: their range and mean, and how many are blank
+    /// Also read the values of grids: range, mean and number of blanks
     #[arg(long, requires = "file")]
     values: bool,
-    /// Most memory that the values of one grid may take [GiB]
+    /// Memory limit of the values of one grid [GiB]
     #[arg(long, default_value_t = 16.0, value_name = "GIB")]
     memory: f64,
-    /// As JSON, for programs
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }
@@ -160,7 +160,7 @@ fn adapters() {
         say!("gpu        {} ({}{})", adapter.name, adapter.api, if adapter.real { "" } else { ", software: slower than cpu" });
         say!("           driver {}", adapter.driver);
         say!(
-            "           volumes of at most {} voxels along an edge, {} textures of four channels, buffers of {:.0} MiB",
+            "           volumes of at most {} voxels per edge, {} textures of four channels, buffers of {:.0} MiB",
             adapter.volume_edge,
             adapter.textures,
             adapter.buffer as f64 / f64::from(1 << 20)
@@ -170,12 +170,12 @@ fn adapters() {
         say!("gpu        none: no Vulkan, Metal or DirectX 12 driver was found");
     }
     let choice = if adapters.first().is_some_and(|a| a.real) { "gpu" } else { "cpu" };
-    say!("--backend auto takes {choice}");
+    say!("--backend auto selects {choice}");
 }
 
 #[cfg(not(feature = "gpu"))]
 fn adapters() {
-    say!("gpu        this program was built without it; build it with: cargo build --release -F gpu");
+    say!("gpu        not in this build; build it with: cargo build --release -F gpu");
 }
 
 #[cfg(not(feature = "gpu"))]

@@ -8,12 +8,12 @@ use clap::Args;
 
 use crate::backends::registry;
 
-/// Prints a catalogue, one entry a line: name, then summary. Without a name, the catalogues.
+/// Prints a catalogue, one entry per line: name and summary. Without a name, lists the catalogues.
 #[derive(Args)]
 pub struct List {
-    /// Which catalogue
+    /// Catalogue
     catalogue: Option<String>,
-    /// As JSON, for programs
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }

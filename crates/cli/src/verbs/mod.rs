@@ -31,46 +31,46 @@ use crate::missing::Missing;
 /// The verbs of the command.
 #[derive(Subcommand)]
 pub enum Verb {
-    /// Open the explorer: fly through a scene and change every spectrum while you look
+    /// Open the explorer: fly through a scene and edit it interactively
     #[cfg(feature = "view")]
     View(view::View),
-    /// Open the explorer, where the program has it
+    /// Open the explorer (feature view)
     #[cfg(not(feature = "view"))]
     #[command(hide = true)]
     View(Missing),
-    /// Render a scene to .exr, .fits, .npy or .png
+    /// Render a scene to .exr, .fits, .npy, .png, .tif or .jpg
     Render(render::Render),
-    /// Record a scene as an instrument does: frames of counts, a master with errors and a mask
+    /// Simulate an observation: frames of counts, and a master with errors and a mask
     Observe(Box<observe::Observe>),
-    /// Keep a picture light by light, so that spectra change without a march
+    /// Store a picture per light, to change spectra without rendering again
     Plates(Box<plates::MakePlates>),
-    /// Make pictures of plates, of other spectra, passbands or albedo
+    /// Make a picture from plates, with other spectra, passbands or albedo
     Expose(Box<expose::Expose>),
     /// Fit parameters of a scene to observed images, with error bars
     Fit(Box<fit::Fit>),
     /// Validate a scene and print its plan: nodes, certificate, memory
     Check(check::Check),
-    /// Print a catalogue, one entry a line
+    /// Print a catalogue: passbands, scenes, laws, methods, ...
     List(list::List),
-    /// Show what this machine renders on: processor, graphics adapters and their limits
+    /// Show processors and graphics adapters, or the contents of a file
     Info(info::Info),
-    /// Read a grid of one format and write it in another: .vdb, .fits, .h5, .npy
+    /// Convert a grid between .vdb, .fits, .h5 and .npy
     Convert(Box<convert::Convert>),
-    /// Tell what a scene's stars make of its gas, and write a report: profiles, lines, maps
+    /// Compute the ionisation of a scene's gas, and write a report: profiles, lines, maps
     Gas(gas::Gas),
     /// Compare two images band by band
     Compare(compare::Compare),
     /// Time the methods on this machine, with their errors
     #[cfg(feature = "study")]
     Bench(bench::Bench),
-    /// Time the methods, where the program can
+    /// Time the methods (feature study)
     #[cfg(not(feature = "study"))]
     #[command(hide = true)]
     Bench(Missing),
-    /// Measure every method beside the others: figures and tables
+    /// Compare all methods: figures and tables
     #[cfg(feature = "study")]
     Study(study::Study),
-    /// Measure every method, where the program can
+    /// Compare all methods (feature study)
     #[cfg(not(feature = "study"))]
     #[command(hide = true)]
     Study(Missing),
@@ -127,10 +127,10 @@ fn warn_of_accuracy(plan: &barnard::plan::Plan) {
             s.sampling.filter(|(error, _)| stars || *error > 0.5 * s.error)
         });
         let remedy = match sampling {
-            Some((_, edge)) => format!("functions are sampled to {edge} voxels along an edge, try bake = {} in [method]", 2 * edge),
-            None => "a finer grid or more samples would be needed".into(),
+            Some((_, edge)) => format!("functions are sampled to {edge} voxels per edge; try bake = {} in [method]", 2 * edge),
+            None => "use a finer grid or more samples".into(),
         };
-        complain!("warning: the spatial error is larger than the accuracy asked for; {remedy}");
+        complain!("warning: the spatial error exceeds the requested accuracy; {remedy}");
     }
 }
 
@@ -139,7 +139,7 @@ fn refuse_inputs(scene: &barnard::Scene, outputs: &[std::path::PathBuf]) -> anyh
     for path in outputs {
         let same = |file: &&std::path::PathBuf| file.canonicalize().is_ok_and(|f| path.canonicalize().is_ok_and(|p| p == f));
         if let Some(input) = scene.provenance.iter().flat_map(|from| &from.files).find(same) {
-            anyhow::bail!("{}: is read by the scene ({}); choose another name for the output", path.display(), input.display());
+            anyhow::bail!("{}: the output is an input of the scene ({}); choose another name", path.display(), input.display());
         }
     }
     Ok(())

@@ -20,7 +20,7 @@ use crate::progress;
 use crate::source::SceneArgs;
 use crate::verbs::frames::named;
 
-/// Records a scene as its instrument does: frames of counts, and a master with errors and a mask.
+/// Simulates an observation with the scene's instrument: frames of counts, and a master with errors and a mask.
 ///
 /// Examples:
 ///   barnard observe my.toml -o master.fits
@@ -31,22 +31,22 @@ use crate::verbs::frames::named;
 pub struct Observe {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Path of the master: .fits (errors and mask too), .exr, .npy, .png and so on; as often as there are files to write
+    /// Output file of the master: .fits (with errors and mask), .exr, .npy, .png, .tif or .jpg; repeatable
     #[arg(short, long, value_name = "OUT")]
     output: Vec<PathBuf>,
-    /// Path of the frames of counts, as raw_%03d.fits or raw_###.fits: one for each number
+    /// Output files of the frames, as raw_%03d.fits or raw_###.fits
     #[arg(long, value_name = "PATTERN")]
     raw: Option<PathBuf>,
-    /// An instrument in place of the scene's; `barnard list instruments` names them
+    /// Instrument instead of the scene's (see `barnard list instruments`)
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
-    /// Exposure of a frame in place of the instrument's, such as "300 s"
+    /// Override the exposure of a frame, such as "300 s"
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     exposure: Option<Time>,
-    /// Number of frames in place of the instrument's
+    /// Override the number of frames
     #[arg(long, value_name = "N")]
     number: Option<usize>,
-    /// Number of the noise in place of the instrument's
+    /// Override the seed of the noise
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Back end
@@ -57,7 +57,7 @@ pub struct Observe {
 impl Observe {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         if self.output.is_empty() && self.raw.is_none() {
-            bail!("nothing would be written; name a master with -o master.fits, or frames with --raw 'raw_%03d.fits'");
+            bail!("an output is required; add -o master.fits, or --raw 'raw_%03d.fits'");
         }
         self.output.iter().try_for_each(|path| check_writable(path))?;
         if let Some(pattern) = &self.raw {
@@ -75,7 +75,7 @@ impl Observe {
             None => Vec::new(),
         };
         if let Some(both) = self.output.iter().find(|path| raw.contains(path)) {
-            bail!("{}: is a frame of --raw too; give the master another name", both.display());
+            bail!("{}: the master is also a frame of --raw; rename it", both.display());
         }
         crate::verbs::refuse_inputs(&scene, &[&self.output[..], &raw].concat())?;
         Exposures::check(&instrument, &scene.camera, scene.observation, &scene.bands)?;
@@ -94,7 +94,7 @@ impl Observe {
         let master = exposures.master(&control)?;
         let [width, height] = exposures.size();
         say!(
-            "{width} x {height} pixels, {} frames of {} s by {}, render {rendered:.2} s, exposures {:.2} s",
+            "{width} x {height} px, {} frames of {} s with {}, render {rendered:.2} s, exposures {:.2} s",
             exposures.instrument().frames,
             short(exposures.instrument().exposure_s),
             exposures.instrument().name,
@@ -114,7 +114,7 @@ impl Observe {
             (Some(name), _) => preset(name).context("--preset")?,
             (None, Some(own)) => Instrument::clone(own),
             (None, None) => bail!(
-                "the scene has no instrument; write [instrument] with preset = \"hst-wfc3-uvis\", or give --preset; `barnard list instruments` names them"
+                "the scene has no instrument; add [instrument] with preset = \"hst-wfc3-uvis\", or --preset (see `barnard list instruments`)"
             ),
         };
         if let Some(exposure) = self.exposure {
@@ -122,7 +122,7 @@ impl Observe {
         }
         if let Some(number) = self.number {
             if !(1..=MAX_FRAMES).contains(&number) {
-                bail!("--number {number} cannot be; give a number of frames from 1 to {MAX_FRAMES}");
+                bail!("--number {number} is out of range; give a number of frames from 1 to {MAX_FRAMES}");
             }
             own.frames = number;
         }
@@ -136,7 +136,7 @@ fn frame_file(pattern: &Path, number: i64) -> anyhow::Result<PathBuf> {
     let is_fits = pattern.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fits"));
     match named(pattern, number).filter(|_| is_fits) {
         Some(file) => Ok(file),
-        None => bail!("--raw {}: frames of counts are FITS files with a number in their name, such as raw_%03d.fits", pattern.display()),
+        None => bail!("--raw {}: frames are FITS files with a number in the name, such as raw_%03d.fits", pattern.display()),
     }
 }
 
@@ -149,7 +149,7 @@ fn tell(exposures: &Exposures, master: &Image) {
         let median = *rates.select_nth_unstable_by(pixels / 2, f64::total_cmp).1;
         let flagged = |flag: Flag| (0..pixels).filter(|i| mask.at(number * pixels + i) as u8 & flag as u8 != 0).count();
         say!(
-            "{}: a pixel gathers {} e/s of the picture (median) and {} e/s of the sky; {} pixels saturated, {} with frames rejected, {} bad",
+            "{}: {} e/s of the picture (median) and {} e/s of the sky per pixel; {} pixels saturated, {} with frames rejected, {} bad",
             master.bands[band].name,
             short(rounded(median)),
             short(rounded(exposures.sky(number, (master.height / 2) * master.width + master.width / 2))),

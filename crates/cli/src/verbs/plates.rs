@@ -14,7 +14,7 @@ use clap::Args;
 use crate::progress;
 use crate::source::SceneArgs;
 
-/// Keeps a scene's picture light by light, so that spectra change without a march: `barnard expose` makes pictures of it.
+/// Stores a picture per light; `barnard expose` then changes spectra without rendering again.
 ///
 /// Examples:
 ///   barnard plates my.toml -o my.plates
@@ -24,13 +24,13 @@ use crate::source::SceneArgs;
 pub struct MakePlates {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Path of the plates: a .plates file, which NumPy reads as .npz
+    /// Output file, .plates (an .npz archive for NumPy)
     #[arg(short, long, value_name = "OUT", required = true)]
     output: PathBuf,
-    /// The shortest and the longest wavelength that they will serve (default: the passbands of the scene and a tenth beyond)
+    /// Wavelength range of later passbands (default: those of the scene, extended by a tenth)
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"])]
     range: Vec<Wavelength>,
-    /// The least amount of dust and the largest that they will serve, as parts of the scene's (default: 1 1)
+    /// Range of later amounts of dust relative to the scene's (default: 1 1)
     #[arg(long, num_args = 2, value_names = ["LEAST", "MOST"])]
     dust: Vec<f64>,
 }
@@ -38,7 +38,7 @@ pub struct MakePlates {
 impl MakePlates {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         if self.output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("plates")) {
-            bail!("-o {}: plates go to a file whose name ends with .plates", self.output.display());
+            bail!("-o {}: the file name of plates must end with .plates", self.output.display());
         }
         check_replaceable(&self.output)?;
         let (scene, options) = self.scene.load()?;
@@ -59,7 +59,7 @@ impl MakePlates {
         let (from, to) = plates.range_um();
         let most = record.plates.iter().map(|plate| 1 + plate.coordinates.len()).max().unwrap_or(0);
         say!(
-            "{} x {}, {} lights of {most} numbers or less a pixel, {} to {} nm, {seconds:.2} s, {:.1} MiB",
+            "{} x {} px, {} lights of at most {most} numbers per pixel, {} to {} nm, {seconds:.2} s, {:.1} MiB",
             record.size[0],
             record.size[1],
             record.plates.len(),

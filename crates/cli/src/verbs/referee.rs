@@ -14,20 +14,20 @@ use clap::Args;
 
 use crate::progress;
 
-/// The settings of the path-traced referee.
+/// Settings of the path tracer.
 #[derive(Args)]
 pub struct Referee {
-    /// Paths of each pixel and band, for --backend path (default: 64)
+    /// Paths per pixel and band, for --backend path (default: 64)
     #[arg(long, value_name = "N")]
     samples: Option<u64>,
-    /// Relative standard error of the worst band at which --backend path ends earlier, such as 0.01
+    /// Relative standard error of the worst band at which --backend path stops, such as 0.01
     #[arg(long, value_name = "X")]
     target_error: Option<f64>,
-    /// Sums of paths (.npz): --backend path goes on from them where the file is there, and writes them at its end and
+    /// State file (.npz) of --backend path: resumed if it exists, written at the end and
     /// at Ctrl-C
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
-    /// Another seed of --backend path is another picture of the same mean (default: 1)
+    /// Seed of --backend path (default: 1)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
 }
@@ -48,21 +48,17 @@ impl Referee {
 
     fn options(&self) -> anyhow::Result<Options> {
         let defaults = Options::default();
-        let options = Options {
-            samples: self.samples.unwrap_or(defaults.samples),
-            target_error: self.target_error,
-            seed: self.seed.unwrap_or(defaults.seed),
-            ..defaults
-        };
+        let (samples, seed) = (self.samples.unwrap_or(defaults.samples), self.seed.unwrap_or(defaults.seed));
+        let options = defaults.with_samples(samples).with_target_error(self.target_error).with_seed(seed);
         if !(1..=MAX).contains(&options.samples) {
-            bail!("--samples {} lies outside of 1 to {MAX}", options.samples);
+            bail!("--samples {} is out of range; give a number from 1 to {MAX}", options.samples);
         }
         if let Some(target) = options.target_error.filter(|t| !(1e-6..1.0).contains(t)) {
-            bail!("--target-error {target} lies outside of 1e-6 to 1");
+            bail!("--target-error {target} is out of range; give a number from 1e-6 to 1");
         }
         if let Some(state) = &self.state {
             if state.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npz")) {
-                bail!("--state {}: sums of paths are an archive of arrays; give it a name that ends with .npz", state.display());
+                bail!("--state {}: the file name must end with .npz", state.display());
             }
             check_replaceable(state)?;
         }
@@ -82,13 +78,13 @@ impl Referee {
         };
         let before = film.samples;
         if before > 0 {
-            say!("going on from {before} paths a pixel");
+            say!("resuming at {before} paths per pixel");
         }
         let worst = |film: &Film| (0..bands).map(|b| film.relative_error(b, bands)).fold(0.0, f64::max);
         let told = path::trace(scene, &options, &mut film, &control, &mut |film| note.set(format!("error {:.2e}", worst(film))));
         match told {
             Err(Error::Interrupted) if film.samples > 0 => {
-                complain!("stopped after {} of {} paths a pixel; they are kept", film.samples, options.samples)
+                complain!("stopped after {} of {} paths per pixel; the state is saved", film.samples, options.samples)
             }
             told => told?,
         }
@@ -99,7 +95,7 @@ impl Referee {
         }
         let paths = (film.samples - before) as f64 * film.estimates.len() as f64;
         say!(
-            "{} x {}, {bands} bands, {} paths a pixel, {seconds:.2} s, {:.2e} paths/s, at most {} bounces, seed {}",
+            "{} x {} px, {bands} bands, {} paths per pixel, {seconds:.2} s, {:.2e} paths/s, at most {} bounces, seed {}",
             scene.camera.width,
             scene.camera.height,
             film.samples,
@@ -111,10 +107,10 @@ impl Referee {
             say!("{}: standard error {:.2e} (rms over pixels, relative to the band's)", passband.name(), film.relative_error(band, bands));
         }
         if let Some(target) = options.target_error.filter(|t| worst(&film) > *t) {
-            complain!("warning: the error {:.2e} is larger than the {target:.2e} asked for; give more --samples", worst(&film));
+            complain!("warning: the error {:.2e} exceeds the requested {target:.2e}; increase --samples", worst(&film));
         }
         if film.bad > 0 {
-            complain!("warning: {} paths brought no number and were left out", film.bad);
+            complain!("warning: {} paths were not finite and were skipped", film.bad);
         }
         Ok(path::image(scene, &film, &options, &Control::default())?)
     }

@@ -21,7 +21,7 @@ use crate::backends::{names, registry};
 use crate::source::SceneArgs;
 use crate::verbs::frames::{FrameArgs, Shoot};
 use crate::verbs::referee::Referee;
-use crate::{outputs, progress};
+use crate::{IS_VERBOSE, outputs, progress};
 
 /// Renders a scene.
 ///
@@ -37,7 +37,7 @@ use crate::{outputs, progress};
 pub struct Render {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Output path: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); as often as there are files to write
+    /// Output file: .exr, .fits, .npy (radiance), .png, .tif or .jpg (picture); repeatable
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
     /// Back end
@@ -45,12 +45,12 @@ pub struct Render {
     backend: String,
     #[command(flatten)]
     frames: FrameArgs,
-    /// Layers of an .exr or a .fits, in place of the scene's: light, depth, tau, all, or none
+    /// Override the layers of .exr and .fits files: light, depth, tau, all or none
     #[arg(long, value_name = "LAYERS", value_parser = outputs::parse_layers)]
     layers: Option<LayerChoice>,
     #[command(flatten)]
     referee: Referee,
-    /// Evaluate dust that is one field of kind "fbm" at every sample of a ray, on the GPU, instead of sampling it to a
+    /// Evaluate dust of a single field of kind "fbm" at every sample on the GPU, instead of sampling it to a
     /// grid
     #[arg(long)]
     on_the_fly: bool,
@@ -59,10 +59,10 @@ pub struct Render {
 impl Render {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         if self.on_the_fly && self.backend != "gpu" {
-            bail!("--on-the-fly belongs to --backend gpu; the reference evaluates fields as they are, cpu samples them");
+            bail!("--on-the-fly requires --backend gpu; the reference evaluates fields exactly, cpu samples them");
         }
         if self.referee.is_asked() && self.backend != "path" {
-            bail!("--samples, --target-error, --seed and --state belong to --backend path");
+            bail!("--samples, --target-error, --seed and --state require --backend path");
         }
         if self.frames.is_asked() {
             return self.sequence();
@@ -89,7 +89,7 @@ impl Render {
         if self.output.iter().any(|path| outputs::writer_of(path).is_ok_and(|writer| writer.is_picture)) {
             let tone = scene.display.tone(&image);
             let what = if scene.display.balance { "of the balanced bands" } else { "W m-2 sr-1" };
-            say!("picture: black {:.3e}, white {:.3e} {what}", tone.black, tone.white);
+            detail!("picture: black {:.3e}, white {:.3e} {what}", tone.black, tone.white);
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -97,12 +97,12 @@ impl Render {
     /// Renders frame after frame.
     fn sequence(&self) -> anyhow::Result<ExitCode> {
         if !registry().named(&self.backend)?.planned {
-            bail!("--frames belongs to the back ends that read a plan; {} renders stills", self.backend);
+            bail!("--frames is not supported by --backend {}; use cpu or gpu", self.backend);
         }
         let (file, mut options) = self.scene.open_for(&self.backend)?;
         let sequence = file.sequence()?;
         if self.scene.bookmark.is_some() && file.scene.timeline.as_ref().is_some_and(|timeline| timeline.moves_camera()) {
-            bail!("--bookmark is one view, and the scene's camera moves; leave --bookmark out, or the camera's path");
+            bail!("--bookmark conflicts with the scene's camera path; remove one");
         }
         let mut backend = self.open(&file.scene)?;
         options.sweeper = backend.sweeper().filter(|_| self.scene.bounces.unwrap_or(file.scene.method.bounces) > 1);
@@ -123,16 +123,16 @@ impl Render {
     fn on_path(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
         let scene_args = &self.scene;
         if scene_args.method.is_some() || scene_args.steps.is_some() || scene_args.count.is_some() || scene_args.accuracy.is_some() {
-            bail!("--method, --count, --steps and --accuracy belong to the other back ends; path takes --samples and --target-error");
+            bail!("--method, --count, --steps and --accuracy are not supported by --backend path; use --samples and --target-error");
         }
         if scene.output.layers.is_any() {
-            bail!("layers belong to the back ends cpu, gpu and reference; path renders pictures alone");
+            bail!("layers are not supported by --backend path; use cpu, gpu or reference");
         }
         let (Some(stereo), Some(eyes)) = (scene.camera.stereo, scene.camera.eyes()) else {
             return self.referee.render(scene, options.memory_limit);
         };
         if self.referee.keeps_sums() {
-            bail!("--state holds the sums of one image, and the scene has two eyes; leave [camera.stereo] out");
+            bail!("--state does not support stereo; remove [camera.stereo]");
         }
         let [left, right] = eyes.map(|camera| self.referee.render(&Scene { camera, ..scene.clone() }, options.memory_limit));
         Ok(joined(stereo.arrangement, left?, &right?)?)
@@ -140,7 +140,7 @@ impl Render {
 
     fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
         if self.scene.method.is_some() || self.scene.steps.is_some() || self.scene.count.is_some() {
-            bail!("--method, --count and --steps belong to the other back ends; the reference is adaptive and takes --accuracy alone");
+            bail!("--method, --count and --steps are not supported by --backend reference, which is adaptive; use --accuracy");
         }
         let control = progress::control()?;
         let start = Instant::now();
@@ -148,12 +148,12 @@ impl Render {
         let (image, stats) = Reference { accuracy }.render(&Job::new(scene, options)?, &control)?;
         let seconds = start.elapsed().as_secs_f64();
         say!(
-            "{} x {}, {} bands, {seconds:.2} s, {:.0} rays/s, accuracy {accuracy:e} of each pixel",
+            "{} x {} px, {} bands, {seconds:.1} s; relative error: {accuracy:e} of each pixel",
             image.width,
             image.height,
-            image.bands.len(),
-            stats.rays as f64 / seconds
+            image.bands.len()
         );
+        detail!("{:.0} rays/s", stats.rays as f64 / seconds);
         Ok(image)
     }
 
@@ -169,20 +169,25 @@ impl Render {
         let (image, stats) = rendered(&mut *backend, &Job::planned(scene, &options, &plan)?, &control)?;
         let seconds = start.elapsed().as_secs_f64();
         say!(
-            "{} x {}, {} bands, plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, {} ({} terms a sample)",
+            "{} x {} px, {} bands, {:.1} s; relative error: {}{}",
             image.width,
             image.height,
             image.bands.len(),
+            planned + seconds,
+            plan.error_summary(&stats),
+            if IS_VERBOSE.load(Ordering::Relaxed) { "" } else { " (details: --verbose)" }
+        );
+        detail!(
+            "plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, method {} ({} terms per sample)",
             stats.rays as f64 / seconds,
             plan.spectral().method,
             plan.spectral().terms()
         );
         for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
-            say!("{name}: {}", plan.worst_certificate(band, &stats));
+            detail!("{name}: {}", plan.worst_certificate(band, &stats));
         }
-        for (key, value) in plan.notes().into_iter().chain(stats.negative_note()) {
-            say!("{key}: {value}");
-        }
+        plan.notes().iter().for_each(|(key, value)| detail!("{key}: {value}"));
+        stats.negative_note().iter().for_each(|(key, value)| say!("{key}: {value}"));
         crate::verbs::warn_of_accuracy(&plan);
         Ok(image)
     }

@@ -10,20 +10,20 @@ use clap::builder::PossibleValuesParser;
 
 use crate::progress;
 
-/// Measures every spectral method beside the others, or what is fast beside the path tracer, and writes tables and
+/// Compares all spectral methods, or the fast back ends with the path tracer, and writes tables and
 /// figures.
 ///
-/// The page (study.md or validation.md) and the figures (CSV, SVG, PNG) go into a folder; all chapters together take
+/// Writes the page (study.md or validation.md) and figures (CSV, SVG, PNG) into a folder. All chapters take
 /// some minutes.
 #[derive(Args)]
 pub struct Study {
-    /// A chapter, or all
+    /// Chapter, or all
     #[arg(default_value = "all", value_name = "NAME", value_parser = chapters())]
     name: String,
-    /// Which page
+    /// Page
     #[arg(long, default_value = BOOKS[0].name, value_name = "PAGE", value_parser = pages())]
     page: String,
-    /// The folder, made where it is missing
+    /// Output folder, created if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }
@@ -38,7 +38,7 @@ fn pages() -> PossibleValuesParser {
 
 impl Study {
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        let Some(book) = BOOKS.iter().find(|book: &&&Book| book.name == self.page) else { bail!("no page is called {}", self.page) };
+        let Some(book) = BOOKS.iter().find(|book: &&&Book| book.name == self.page) else { bail!("unknown page {}", self.page) };
         let chapters: Vec<Chapter> = match self.name.as_str() {
             "all" => book.chapters.to_vec(),
             name => vec![*book.chapter(name)?],

@@ -9,7 +9,7 @@ use clap::Args;
 
 use crate::backends::{names, registry};
 
-/// Opens the explorer: fly through a scene and change every spectrum while you look.
+/// Opens the explorer: fly through a scene and edit it interactively.
 ///
 /// Examples:
 ///   barnard view
@@ -21,17 +21,17 @@ pub struct View {
     /// The scene file (TOML; see docs/scene-format.md)
     #[arg(conflicts_with = "builtin")]
     scene: Option<PathBuf>,
-    /// A built-in scene instead of a file; `barnard list scenes` names them
+    /// Built-in scene instead of a file (see `barnard list scenes`)
     #[arg(long, value_name = "NAME")]
     builtin: Option<String>,
     /// Back end
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = names(true))]
     backend: String,
-    /// Most memory that one array, grid or image may take [GiB]
+    /// Memory limit of one array, grid or image [GiB]
     #[arg(long, value_name = "GIB", default_value_t = 16.0)]
     memory: f64,
-    /// Tell when the first picture came, how many previews come while something moves, how long a picture takes to settle,
-    /// and how often the window is drawn meanwhile: as often as it can be while the pointer moves over it
+    /// Print timings: first picture, previews per second during changes, time to the final picture,
+    /// and redraws of the window
     #[arg(long)]
     timings: bool,
 }

@@ -28,15 +28,13 @@ fn scenes_are_fitted() {
     let files = ["-o", "fit.json", "--found", "found.toml", "--residuals", "left.fits"];
     let plots: &[&str] = if cfg!(feature = "study") { &["--plot", "left.svg", "--corner", "corner.png"] } else { &[] };
     let words = run(&[&fit[..], &files, plots, &["--set", "star.0.luminosity=1 Lsun"]].concat());
-    for part in
-        ["2 free (1 linear)", "star.0.luminosity = ", " +- ", "Lsun (began at 1;", "master.fits johnson-V: chi2 ", "wrote left.fits"]
-    {
+    for part in ["2 free (1 linear)", "star.0.luminosity = ", " +- ", "Lsun (start 1;", "master.fits johnson-V: chi2 ", "wrote left.fits"] {
         assert!(words.contains(part), "{part}: {words}");
     }
-    assert!(!words.contains("chi2 is"), "{words}");
+    assert!(!words.contains("chi2 per degree"), "{words}");
     // Other dust is another picture, whatever the star.
     let other = run(&["fit", "scene.toml", "--to", "master.fits", "--free", "star.0.luminosity", "--set", "dust.scale=8 mag/pc"]);
-    assert!(other.contains("warning: chi2 is") && other.contains("far above 1"), "{other}");
+    assert!(other.contains("warning: chi2 per degree") && other.contains("far above 1"), "{other}");
     let found: serde_json::Value = serde_json::from_slice(&std::fs::read(desk.path("fit.json")).unwrap()).unwrap();
     let parameter = &found["parameters"][0];
     let number = |key: &str| parameter[key].as_f64().unwrap();
@@ -69,7 +67,7 @@ fn what_cannot_be_fitted_is_refused() {
     refused(&[&to[..], &["star.0.luminosity", "--plot", "left.gif"]].concat(), &["left.gif"]);
     refused(&[&to[..], &["star.0.luminosity", "--corner", "left.gif"]].concat(), &["--corner left.gif"]);
     refused(&[&to[..], &["star.0.luminosity", "-o", "fit.txt"]].concat(), &["-o fit.txt", ".json"]);
-    refused(&[&to[..], &["star.0.luminosity", "--found", "scene.toml"]].concat(), &["is read by the scene"]);
+    refused(&[&to[..], &["star.0.luminosity", "--found", "scene.toml"]].concat(), &["is an input of the scene"]);
     refused(&["--to", "none.fits", "--free", "star.0.luminosity"], &["none.fits"]);
     refused(&["--to", "scene.toml", "--free", "star.0.luminosity"], &["scene.toml"]);
 }

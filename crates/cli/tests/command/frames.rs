@@ -112,16 +112,16 @@ fn impossible_frames_are_refused() {
     let desk = desk();
     let render = |rest: &[&'static str]| [&["render", "flight.toml", "-o", "out/f_%04d.npy"], rest].concat();
     desk.refuses(&render(&["--frames", "5-1"]), &["5-1", "1-5"]);
-    desk.refuses(&render(&["--frames", "1-12"]), &["no frame 12", "1 to 11"]);
+    desk.refuses(&render(&["--frames", "1-12"]), &["frame 12 does not exist", "1 to 11"]);
     desk.refuses(&render(&["--frames", "some"]), &["\"some\"", "all"]);
     desk.refuses(&render(&["--frames", "1", "--shard", "3/2"]), &["3/8"]);
     desk.refuses(&render(&["--shard", "1/2"]), &["--frames"]);
-    desk.refuses(&render(&["--frames", "all", "--backend", "path"]), &["stills"]);
+    desk.refuses(&render(&["--frames", "all", "--backend", "path"]), &["--frames", "cpu or gpu"]);
     desk.refuses(&["render", "flight.toml", "-o", "out/f.npy", "--frames", "all"], &["f.npy", "%06d"]);
     desk.refuses(&["render", "flight.toml", "-o", "out/f.npy", "--frames", "1-3", "--shard", "1/3"], &["f.npy", "%06d"]);
     desk.refuses(&["render", "flight.toml", "-o", "no/f_%d.npy", "--frames", "all"], &["does not exist"]);
     desk.refuses(&["render", "flight.toml", "-o", "out/f_%d.gif", "--frames", "all"], &["gif"]);
-    desk.refuses(&["render", "scene.toml", "-o", "out/f_%d.npy", "--frames", "all"], &["nothing changes", "[camera.path]"]);
+    desk.refuses(&["render", "scene.toml", "-o", "out/f_%d.npy", "--frames", "all"], &["timeline", "[camera.path]"]);
     let folder = listing(&desk.path("out"));
     assert!(folder.is_empty(), "{folder:?}");
 }

@@ -5,6 +5,8 @@ mod desk;
 mod fit;
 mod frames;
 mod inputs;
+#[cfg(all(feature = "formats", feature = "study", feature = "view"))]
+mod manual;
 mod observe;
 mod outputs;
 mod plates;

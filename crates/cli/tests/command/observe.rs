@@ -38,7 +38,7 @@ fn frames_and_masters_are_written() {
     ]);
     let words = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{words}");
-    for part in ["2 frames of 40 s", "johnson-V: a pixel gathers", "wrote raw_02.fits", "wrote master.fits", "wrote seen.png"] {
+    for part in ["2 frames of 40 s", "e/s of the sky per pixel", "wrote raw_02.fits", "wrote master.fits", "wrote seen.png"] {
         assert!(words.contains(part), "{part}: {words}");
     }
     assert!(!desk.path("raw_03.fits").exists());
@@ -63,7 +63,7 @@ fn what_cannot_be_observed_is_refused_at_once() {
     refused(&["-o", "m.gif"], &["gif"]);
     refused(&["-o", "m.fits", "--raw", "raw.fits"], &["raw_%03d.fits"]);
     refused(&["-o", "m.fits", "--raw", "raw_%03d.png"], &["raw_%03d.fits"]);
-    refused(&["-o", "raw_2.fits", "--raw", "raw_%d.fits"], &["raw_2.fits", "another name"]);
+    refused(&["-o", "raw_2.fits", "--raw", "raw_%d.fits"], &["raw_2.fits", "rename it"]);
     refused(&["-o", "m.fits", "--exposure", "-3 s"], &["exposure"]);
     refused(&["-o", "m.fits", "--number", "0"], &["1 to 10000"]);
     refused(&["-o", "m.fits", "--preset", "hubble"], &["hst-wfc3-uvis"]);
@@ -71,7 +71,7 @@ fn what_cannot_be_observed_is_refused_at_once() {
     let foreign = ["-o", "m.fits", "--preset", "hst-wfc3-uvis", "--size", "4000x4000", "--backend", "reference"];
     refused(&foreign, &["johnson-B", "hst-wfc3-f953n", "allow_foreign_filters"]);
     let set = ["--set", "bands=[\"hst-wfc3-f555w\"]"];
-    refused(&[&foreign[..], &set].concat(), &["finer", "along a row"]);
+    refused(&[&foreign[..], &set].concat(), &["finer", "per row"]);
     let set = ["--set", "bands=hoo-3nm"];
     refused(
         &[&["-o", "m.fits", "--preset", "refractor-0.2m-duo", "--size", "4000x4000", "--backend", "reference"], &set[..]].concat(),
@@ -81,5 +81,5 @@ fn what_cannot_be_observed_is_refused_at_once() {
     refused(&["-o", "m.fits"], &["no instrument", "list instruments"]);
     let biased = "[instrument]\naperture = \"0.5 m\"\nbias = \"70000 ADU\"\n";
     desk.write("scene.toml", (scene() + biased).as_bytes());
-    refused(&["-o", "m.fits"], &["bias", "65535", "[instrument] bias"]);
+    refused(&["-o", "m.fits"], &["bias", "65535", "instrument.bias"]);
 }

@@ -15,7 +15,7 @@ fn plates_are_exposed() {
     };
     let words = run(&["plates", "scene.toml", "-o", "own.plates", "--range", "400 nm", "900 nm"]);
     assert!(words.contains("wrote own.plates") && words.contains(" nm, "), "{words}");
-    let words = run(&["expose", "own.plates", "scene.toml", "-o", "own.npy"]);
+    let words = run(&["expose", "own.plates", "scene.toml", "-o", "own.npy", "--verbose"]);
     assert!(words.contains("spectral error at most") && words.contains("wrote own.npy"), "{words}");
     run(&["render", "scene.toml", "-o", "fresh.npy"]);
     let mean = |file: &str| {
@@ -31,9 +31,9 @@ fn plates_are_exposed() {
     let refused = |arguments: &[&str], words: &[&str]| desk.refuses(arguments, words);
     let expose = ["expose", "own.plates", "scene.toml", "-o", "x.npy"];
     refused(&[&expose[..], &["--size", "9x9"]].concat(), &["camera", "make new plates"]);
-    refused(&[&expose[..], &["--set", "bands=2mass"]].concat(), &["outside of those"]);
+    refused(&[&expose[..], &["--set", "bands=2mass"]].concat(), &["outside of the range"]);
     refused(&[&expose[..], &["--set", "dust.scale=99 /pc"]].concat(), &["amount of dust"]);
-    refused(&["plates", "scene.toml", "-o", "x.plates", "--dust", "2", "3"], &["dust that plates reach"]);
+    refused(&["plates", "scene.toml", "-o", "x.plates", "--dust", "2", "3"], &["dust range of plates"]);
     refused(&[&expose[..], &["--set", "bands"]].concat(), &["KEY=VALUE"]);
     refused(&[&expose[..], &["--set", "star.7.luminosity=1 Lsun"]].concat(), &["star"]);
     refused(&["expose", "scene.toml", "scene.toml", "-o", "x.npy"], &["scene.toml"]);

@@ -29,18 +29,18 @@ fn wrong_units_and_values_are_named() {
 fn keys_that_would_be_ignored_are_refused() {
     let desk = Desk::new();
     let magnitude = "luminosity = \"500 Lsun\"\ndistance = \"100 pc\"";
-    desk.with("luminosity = \"500 Lsun\"", magnitude).refuses_scene(&["\"distance\" goes with magnitude"]);
+    desk.with("luminosity = \"500 Lsun\"", magnitude).refuses_scene(&["\"distance\" requires magnitude"]);
     let wavelength = "luminosity = \"500 Lsun\"\nwavelength = \"500 nm\"";
-    desk.with("luminosity = \"500 Lsun\"", wavelength).refuses_scene(&["\"wavelength\" goes with spectral_luminosity"]);
+    desk.with("luminosity = \"500 Lsun\"", wavelength).refuses_scene(&["\"wavelength\" requires spectral_luminosity"]);
     desk.with("\"cloud.npy\"", "\"cloud.npy\"\narray = \"density\"").refuses_scene(&["without a name", "cloud.npy"]);
     let phase = "albedo = 0.6\nphase = { kind = \"henyey_greenstein\", g = 0.5, g_file = \"g.csv\" }";
-    desk.with("albedo = 0.6", phase).refuses_scene(&["g_file", "not both"]);
+    desk.with("albedo = 0.6", phase).refuses_scene(&["g_file", "exclude each other"]);
 }
 
 #[test]
 fn laws_and_passbands_must_meet() {
     let desk = Desk::new();
-    desk.with("\"johnson\"", "\"jwst-miri\"").refuses_scene(&["fitzpatrick99", "valid from", "jwst-miri"]);
+    desk.with("\"johnson\"", "\"jwst-miri\"").refuses_scene(&["fitzpatrick99", "valid only from", "jwst-miri"]);
     desk.write("band.csv", b"wavelength_nm,t\n500,0\n600,0\n");
     let own = r#"[[band]]
 name = "mine"
@@ -56,9 +56,10 @@ file = "band.csv"
 
 #[test]
 fn a_buried_star_is_noticed() {
-    Desk::new().with("2 mag/pc", "5000 mag/pc").refuses_scene(&["star 1", "optical depth"]);
+    Desk::new().with("2 mag/pc", "5000 mag/pc").refuses_scene(&["star[0]", "optical depth"]);
     let desk = Desk::new();
-    desk.with("2 mag/pc", "5000 mag/pc").refuses(&["render", "scene.toml", "-o", "out.npy", "--steps", "20"], &["star 1", "optical depth"]);
+    desk.with("2 mag/pc", "5000 mag/pc")
+        .refuses(&["render", "scene.toml", "-o", "out.npy", "--steps", "20"], &["star[0]", "optical depth"]);
 }
 
 #[test]
@@ -74,7 +75,7 @@ radiance = "1e60 W/m2/sr/nm"
 [[star]]"#,
     )
     .refuses_scene(&["background", "single precision", "unit of its brightness"]);
-    desk.with("low = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"", "voxel = \"1e50 pc\"").refuses_scene(&["voxel", "longer"]);
+    desk.with("low = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"", "voxel = \"1e50 pc\"").refuses_scene(&["voxel", "exceeds"]);
 }
 
 #[test]

@@ -48,19 +48,19 @@ macro_rules! scene {
 /// All built-in scenes; the first is the one to begin with.
 pub const SCENES: &[BuiltinScene] = &[
     scene!("pleiades", "seven stars of the Pleiades in a sheet of dust: a reflection nebula, Johnson BVR"),
-    scene!("pillars", "a cluster ionises pillars (density of a simulation), HST narrow bands, Hubble palette"),
-    scene!("eagle", "pillars of cold gas that a young cluster ionises: HST F502N, F656N, F673N, Hubble palette"),
+    scene!("pillars", "pillars ionised by a cluster (density of a simulation), HST narrow bands, Hubble palette"),
+    scene!("eagle", "pillars of cold gas ionised by a young cluster: HST F502N, F656N, F673N, Hubble palette"),
     scene!("emission_nebula", "an O star in the open bubble of a turbulent cloud: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
-    scene!("young_cluster", "three hundred young stars before their cloud, all orders of scattering, JWST NIRCam"),
-    scene!("ring_nebula", "a planetary nebula that a white dwarf ionises: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
+    scene!("young_cluster", "three hundred young stars in front of their cloud, multiple scattering, JWST NIRCam"),
+    scene!("ring_nebula", "a planetary nebula ionised by a white dwarf: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
     scene!("veil", "filaments of an old supernova remnant, HST narrow bands"),
     scene!("herbig_haro", "a jet, its bow shocks and the cavities of a young star behind its disc, HST narrow bands"),
-    scene!("bok_globule", "a globule like Barnard 68 before the stars of the bulge, Johnson BVR"),
+    scene!("bok_globule", "a globule like Barnard 68 in front of bulge stars, Johnson BVR"),
     scene!("six_stars", "six stars of different colours in one cloud, Johnson BVR"),
     scene!("turbulent_cloud", "a supersonic turbulent cloud (simulation) with embedded stars in the near infrared, JWST NIRCam"),
     scene!(
         "local_bubble",
-        "the dust around the Sun as Gaia's stars measured it, lit by the hot stars nearby; from a file of 15.7 GB that is fetched first",
+        "the dust around the Sun from Gaia stars, lit by nearby hot stars; requires a file of 15.7 GB",
         needs "mean_and_std_xyz.fits"
     ),
     scene!("barres_neyret", "the model of Barres & Neyret 2023: fBm on simplex noise, extinction 1/lambda, polynomial filters, N = 100"),

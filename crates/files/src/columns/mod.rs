@@ -22,10 +22,10 @@ pub fn read(label: &str, bytes: &[u8], memory_limit: u64) -> Result<Columns> {
         return fits_columns(&mut request);
     }
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(Error::file(path, "is text in UTF-16; save it as UTF-8"));
+        return Err(Error::file(path, "is UTF-16 text; save it as UTF-8"));
     }
     let text = std::str::from_utf8(bytes)
-        .map_err(|_| Error::file(path, "is neither text in UTF-8 nor a FITS table; save it as text in UTF-8, ECSV, VOTable or FITS"))?;
+        .map_err(|_| Error::file(path, "is neither UTF-8 text nor a FITS table; save it as UTF-8 text, ECSV, VOTable or FITS"))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if text.trim_start().starts_with("<?xml") || text.trim_start().starts_with("<VOTABLE") {
         return Ok(votable::parse(label, text)?);

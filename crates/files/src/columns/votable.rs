@@ -19,12 +19,12 @@ const DETECTOR_TYPE: &str = "DetectorType";
 pub fn parse(name: &str, text: &str) -> Result<Columns> {
     let refuse = |reason: String| SpectraError::table(name, reason);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|e| refuse(format!("is no valid VOTable: {e}")))?;
+    let document = Document::parse_with_options(text, options).map_err(|e| refuse(format!("is not a valid VOTable: {e}")))?;
     let named = |node: &Node, tag: &str| node.is_element() && node.tag_name().name() == tag;
     let table = document.descendants().find(|node| named(node, "TABLE")).ok_or_else(|| refuse("holds no TABLE".into()))?;
     let fields: Vec<Node> = table.children().filter(|node| named(node, "FIELD")).collect();
     let Some(data) = table.descendants().find(|node| named(node, "TABLEDATA")) else {
-        return Err(refuse("holds its table in binary form, which is not read; save it as TABLEDATA, ECSV or text".into()));
+        return Err(refuse("has a binary table, which is unsupported; save it as TABLEDATA, ECSV or text".into()));
     };
     let detector = document.descendants().find(|node| named(node, "PARAM") && node.attribute("name") == Some(DETECTOR_TYPE));
     let mut columns = Columns {
@@ -54,7 +54,7 @@ pub fn parse(name: &str, text: &str) -> Result<Columns> {
         columns.rows.push((line, values));
     }
     if columns.rows.is_empty() || fields.len() < 2 {
-        return Err(refuse("holds no rows of two or more numbers".into()));
+        return Err(refuse("has no rows of two or more numbers".into()));
     }
     Ok(columns)
 }

@@ -20,7 +20,7 @@ pub(super) const WRITER: Writer = Writer {
     extension: "exr",
     is_picture: false,
     has_layers: true,
-    summary: "OpenEXR, radiances in layer radiance, a float channel a band, and R, G, B for viewers; certificate as attributes",
+    summary: "OpenEXR with radiances in layer radiance (one float channel per band) and R, G, B for viewers; certificate in attributes",
     encode,
 };
 
@@ -118,7 +118,7 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     note(
         "RGB".into(),
         &format!(
-            "linear light by the palette, {}, 0 at {:E} and 1 at {:E} W m-2 sr-1 (of balanced bands, where they are)",
+            "linear light by the palette, {}, 0 at {:E} and 1 at {:E} W m-2 sr-1 (of balanced bands, if balanced)",
             exposure.colours.name(),
             tone.black,
             tone.white
@@ -131,10 +131,7 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
             LayerChannels::Rgb => format!("in the exposure of RGB without its black: {:E} W m-2 sr-1 are 1", tone.white - tone.black),
             LayerChannels::Bands => "W m-2 sr-1".to_owned(),
         };
-        note(
-            "layers.unit".into(),
-            &format!("layers of light {unit}; depth.Z pc, {FAR_AWAY:E} where there is no light; tau.V optical depth at V"),
-        );
+        note("layers.unit".into(), &format!("light layers {unit}; depth.Z pc, {FAR_AWAY:E} without light; tau.V optical depth at V"));
     }
     // Channels are stored by name; this is the scene's order.
     note(ORDER.into(), &names.join("\n"));
@@ -142,7 +139,7 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
         note(keyword.name.into(), &format!("{} / {}", keyword.value, keyword.comment));
     }
     if let Some((size, unit)) = picture.pixel.map(PixelScale::in_unit) {
-        let what = if unit == "deg" { "angle of a pixel in the middle" } else { "width of a pixel" };
+        let what = if unit == "deg" { "angle of the central pixel" } else { "width of a pixel" };
         note("PIXSCALE".into(), &format!("{size:E} / [{unit}] {what}"));
     }
     for (key, value) in &picture.notes {
@@ -263,7 +260,7 @@ fn lines(text: &str) -> String {
 
 fn decode(request: &mut Request) -> Result<image::Image> {
     let (path, limit) = (request.path, request.memory_limit);
-    let broken = |e: exr::error::Error| Error::file(path, format!("is no readable OpenEXR image: {e}"));
+    let broken = |e: exr::error::Error| Error::file(path, format!("is not a readable OpenEXR image: {e}"));
     // The header's size is checked before pixels are decoded.
     let meta = MetaData::read_from_buffered(request.rewound()?, false).map_err(broken)?;
     let pixels: u64 = meta.headers.iter().map(|h| (h.layer_size.area() as u64).saturating_mul(h.channels.list.len() as u64)).sum();

@@ -15,7 +15,7 @@ pub fn unpacked(request: &mut Request) -> Result<()> {
     if request.bytes(0, MAGIC.len())?.is_none_or(|own| own != MAGIC) {
         return Ok(());
     }
-    let failed = |e: io::Error| Error::file(request.path, format!("is no gzip file that can be unpacked: {e}"));
+    let failed = |e: io::Error| Error::file(request.path, format!("is not a readable gzip file: {e}"));
     let packed = std::mem::replace(&mut request.source, Box::new(io::empty()));
     let mut whole = Unpacked::new(packed).map_err(failed)?;
     request.length = io::copy(&mut whole.decoder, &mut io::sink()).map_err(failed)?;
@@ -53,7 +53,7 @@ impl Seek for Unpacked {
             SeekFrom::Current(by) => self.at.checked_add_signed(by),
             SeekFrom::End(by) => self.length.checked_add_signed(by),
         };
-        let to = to.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "a place before the beginning"))?;
+        let to = to.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "a position before the beginning"))?;
         if to < self.at {
             let empty = MultiGzDecoder::new(BufReader::new(Box::new(io::empty()) as Box<dyn Seekable>));
             let packed = std::mem::replace(&mut self.decoder, empty).into_inner().into_inner();

@@ -14,14 +14,14 @@ pub(super) const fn writer(extension: &'static str) -> Writer {
         extension,
         is_picture: true,
         has_layers: false,
-        summary: "picture in the scene's palette and stretch, sRGB, packed with a small loss",
+        summary: "picture in the scene's palette and stretch, sRGB, lossy compression",
         encode,
     }
 }
 
 fn encode(picture: &Image) -> Result<Vec<u8>> {
     let failed = |reason: String| Error::Encoding { format: "jpeg", reason };
-    let side = |pixels: usize| u16::try_from(pixels).map_err(|_| failed(format!("{pixels} pixels are more than the 65535 of a side")));
+    let side = |pixels: usize| u16::try_from(pixels).map_err(|_| failed(format!("{pixels} pixels exceed 65535 per edge")));
     let (width, height) = (side(picture.width)?, side(picture.height)?);
     let mut bytes = Vec::new();
     let encoded = Encoder::new(&mut bytes, QUALITY).encode(&colours::bytes(picture), width, height, ColorType::Rgb);

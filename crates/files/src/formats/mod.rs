@@ -300,7 +300,7 @@ pub(crate) fn open(path: &Path) -> Result<File> {
     let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
     // Asked before it is opened: a pipe waits for whoever writes.
     if !std::fs::metadata(path).map_err(failed)?.is_file() {
-        let reason = "is no file whose parts can be read in any order; copy a pipe into a file first (scenes and tables may be pipes)";
+        let reason = "is not seekable; copy a pipe into a file first (scenes and tables may be pipes)";
         return Err(Error::file(path, reason));
     }
     File::open(path).map_err(failed)
@@ -312,7 +312,7 @@ pub(crate) fn open(path: &Path) -> Result<File> {
 /// Where it cannot be opened, is no image, or does not fit.
 pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
     let read = reader(path, |r| r.image.is_some())?;
-    let image = read.image.ok_or_else(|| Error::file(path, "holds no image; compare .npy, .fits or .exr"))?;
+    let image = read.image.ok_or_else(|| Error::file(path, "has no image; compare .npy, .fits or .exr"))?;
     image(&mut Request::new(open(path)?, path, None, memory_limit)?)
 }
 
@@ -326,7 +326,7 @@ pub fn read_picture(path: &Path, hdu: Option<&str>, memory_limit: u64) -> Result
         return fits::picture(&mut Request::new(open(path)?, path, hdu, memory_limit)?);
     }
     if let Some(hdu) = hdu {
-        return Err(Error::file(path, format!("has no HDU \"{hdu}\", since it is no FITS file; leave hdu out")));
+        return Err(Error::file(path, format!("is not a FITS file; remove hdu = \"{hdu}\"")));
     }
     let image = read_image(path, memory_limit)?;
     Ok(([image.width, image.height], image.band(0).collect()))
@@ -335,10 +335,10 @@ pub fn read_picture(path: &Path, hdu: Option<&str>, memory_limit: u64) -> Result
 /// The shape as three axes and its number of values, after checks of rank and emptiness.
 fn three_axes(path: &Path, shape: &[u64]) -> Result<([usize; 3], u64)> {
     let &[a, b, c] = shape else {
-        return Err(Error::file(path, format!("the array has {} axes ({shape:?}), a grid has three", shape.len())));
+        return Err(Error::file(path, format!("the array has {} axes ({shape:?}); a grid requires three", shape.len())));
     };
     let cells = a.checked_mul(b).and_then(|n| n.checked_mul(c)).filter(|n| *n > 0);
-    let cells = cells.ok_or_else(|| Error::file(path, format!("the array's shape {shape:?} is empty or impossible")))?;
+    let cells = cells.ok_or_else(|| Error::file(path, format!("the array's shape {shape:?} is empty or invalid")))?;
     Ok(([a as usize, b as usize, c as usize], cells))
 }
 
@@ -353,10 +353,10 @@ fn checked_shape(path: &Path, memory_limit: u64, shape: &[u64]) -> Result<([usiz
 fn exactly(stream: impl Read, size: usize, kind: &str) -> std::result::Result<Vec<u8>, String> {
     let mut bytes = Vec::with_capacity(size);
     // A byte more than there may be tells of a stream that holds too much.
-    stream.take(size as u64 + 1).read_to_end(&mut bytes).map_err(|e| format!("its {kind} stream is broken: {e}"))?;
+    stream.take(size as u64 + 1).read_to_end(&mut bytes).map_err(|e| format!("its {kind} stream is corrupt: {e}"))?;
     if bytes.len() != size {
         let more = if bytes.len() > size { "more than " } else { "" };
-        return Err(format!("its {kind} stream holds {more}{} bytes, {size} are wanted", bytes.len().min(size)));
+        return Err(format!("its {kind} stream has {more}{} bytes, expected {size}", bytes.len().min(size)));
     }
     Ok(bytes)
 }

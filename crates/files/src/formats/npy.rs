@@ -27,13 +27,13 @@ pub(super) const WRITER: Writer = Writer {
     extension: "npy",
     is_picture: false,
     has_layers: false,
-    summary: "NumPy array, bands x height x width, the first row on top, radiance in W m-2 sr-1",
+    summary: "NumPy array, bands x height x width, first row on top, radiance in W m-2 sr-1",
     encode,
 };
 
 pub(super) const GRID_WRITER: GridWriter = GridWriter {
     extension: "npy",
-    summary: "NumPy array of singles by x, y and z (in Fortran order: x runs fastest in memory), without box and unit",
+    summary: "NumPy array of singles along x, y and z (Fortran order: x runs fastest), without box and unit",
     write: write_grid,
 };
 
@@ -52,7 +52,7 @@ fn write_grid(file: &GridFile, out: &mut dyn Write) -> Result<()> {
 
 fn read(request: &mut Request, choose: Choose) -> Result<Array> {
     if let Some(part) = request.part {
-        return Err(Error::file(request.path, format!("holds one array without a name; leave out array = \"{part}\"")));
+        return Err(Error::file(request.path, format!("has one array without a name; remove array = \"{part}\"")));
     }
     array(Stream::of(request)?, choose)
 }
@@ -98,7 +98,7 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
     let rest = bytes.get(start..).unwrap_or(&[]);
     let header = &rest[..length.min(rest.len())];
     if length > LONGEST_HEADER {
-        return Err(format!("the .npy header has {length} bytes; NumPy reads {LONGEST_HEADER} at most"));
+        return Err(format!("the .npy header has {length} bytes; at most {LONGEST_HEADER} are supported"));
     }
     let mut depth = 0usize;
     for byte in header {
@@ -108,7 +108,7 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
             _ => {}
         }
         if depth > DEEPEST_HEADER {
-            return Err(format!("the .npy header nests more than {DEEPEST_HEADER} brackets; that of an array of numbers has two"));
+            return Err(format!("the .npy header nests more than {DEEPEST_HEADER} brackets"));
         }
     }
     Ok(())
@@ -163,20 +163,20 @@ impl<'r> Stream<'r> {
         let read = reader.by_ref().take(LONGEST_HEADER as u64 + 16).read_to_end(&mut head);
         read.map_err(|e| wrong(format!("cannot be read: {e}")))?;
         if !head.starts_with(MAGIC) {
-            return Err(wrong("is no .npy array: it does not begin with \\x93NUMPY".into()));
+            return Err(wrong("is not an .npy array: it does not begin with \\x93NUMPY".into()));
         }
         check_header(&head).map_err(wrong)?;
         let (start, length) = placed(&head);
         without_long_suffixes(&mut head, start, length);
-        let file = NpyFile::new(&head[..]).map_err(|e| wrong(format!("the .npy header is broken: {e}")))?;
+        let file = NpyFile::new(&head[..]).map_err(|e| wrong(format!("the .npy header is corrupt: {e}")))?;
         let (shape, fortran, stored) = (file.shape().to_vec(), file.order() == Order::Fortran, stored(&file.dtype()).map_err(wrong)?);
         let cells = shape.iter().try_fold(1u64, |n, edge| n.checked_mul(*edge)).unwrap_or(u64::MAX);
         let (bytes, there) = (cells.saturating_mul(stored.size() as u64), asked.length.saturating_sub((start + length) as u64));
         if bytes > there {
-            return Err(wrong(format!("is truncated: {cells} values of {} bytes announced, {there} bytes there", stored.size())));
+            return Err(wrong(format!("is truncated: {cells} values of {} bytes announced, {there} bytes found", stored.size())));
         }
         if bytes < there {
-            return Err(wrong(format!("has {there} bytes behind its header, which announces {cells} values of {} bytes", stored.size())));
+            return Err(wrong(format!("has {there} bytes after its header, which announces {cells} values of {} bytes", stored.size())));
         }
         // What was read beyond the header are values.
         let values = head.split_off(start + length);
@@ -187,7 +187,7 @@ impl<'r> Stream<'r> {
 /// The type of an array's numbers, or what is wrong with it.
 fn stored(dtype: &DType) -> Result<Stored, String> {
     let DType::Plain(plain) = dtype else {
-        return Err("holds records; a plain array of numbers is needed".into());
+        return Err("has records; write a plain array of numbers".into());
     };
     let size = plain.num_bytes().unwrap_or(0);
     let kind = match plain.type_char() {
@@ -197,7 +197,7 @@ fn stored(dtype: &DType) -> Result<Stored, String> {
         _ => None,
     };
     let stored = kind.and_then(|kind| Stored::new(kind, plain.endianness() == Endianness::Big));
-    stored.ok_or_else(|| format!("cannot be read: values of type {} are no real numbers", dtype.descr()))
+    stored.ok_or_else(|| format!("has the unsupported type {}; write real numbers", dtype.descr()))
 }
 
 impl Open<'_> {
@@ -231,7 +231,7 @@ impl Open<'_> {
     fn skip(&mut self, count: u64) -> Result<()> {
         let passed = std::io::copy(&mut self.reader.by_ref().take(count), &mut std::io::sink());
         match passed.map_err(|e| Error::file(self.asked.path, format!("cannot be read: {e}")))? {
-            passed if passed < count => Err(Error::file(self.asked.path, "became shorter while it was read")),
+            passed if passed < count => Err(Error::file(self.asked.path, "was truncated while it was read")),
             _ => Ok(()),
         }
     }
@@ -322,7 +322,7 @@ mod tests {
             assert!(deep.contains("brackets"), "{deep}");
         }
         let long = read(&with_header(&" ".repeat(20_000))).unwrap_err().to_string();
-        assert!(long.contains("10000 at most"), "{long}");
+        assert!(long.contains("at most 10000"), "{long}");
         let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 2), }\n";
         let bytes = [with_header(header), 2f64.to_le_bytes().to_vec(), 3f64.to_le_bytes().to_vec()].concat();
         assert_eq!(read(&bytes).unwrap().data, Numbers::Double(vec![2.0, 3.0].into()));

@@ -36,7 +36,7 @@ type Archive<'r> = zip::ZipArchive<BufReader<&'r mut dyn Seekable>>;
 
 fn opened<'r>(request: &'r mut Request) -> Result<Archive<'r>> {
     let path = request.path;
-    zip::ZipArchive::new(request.rewound()?).map_err(|e| Error::file(path, format!("is no .npz archive: {e}")))
+    zip::ZipArchive::new(request.rewound()?).map_err(|e| Error::file(path, format!("is not an .npz archive: {e}")))
 }
 
 /// The arrays of an archive.
@@ -55,12 +55,12 @@ fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -
     let names = names(&archive);
     let name = match part {
         Some(part) => names.iter().find(|n| *n == part).cloned().ok_or_else(|| {
-            let message = format!("has no array \"{part}\"; it holds {}", names.join(", "));
+            let message = format!("has no array \"{part}\"; it has {}", names.join(", "));
             Error::file(path, message)
         })?,
         None if names.len() == 1 => names[0].clone(),
         None => {
-            return Err(Error::file(path, format!("holds {} arrays ({}); name one with array = \"...\"", names.len(), names.join(", "))));
+            return Err(Error::file(path, format!("has {} arrays ({}); select one with array = \"...\"", names.len(), names.join(", "))));
         }
     };
     let mut entry = entry(&mut archive, &name, path)?;
@@ -74,7 +74,7 @@ fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -
     std::io::copy(&mut member, &mut std::io::sink()).map_err(|e| corrupt(e.to_string()))?;
     match entry.read(&mut [0]) {
         Ok(0) => Ok(made),
-        Ok(_) => Err(corrupt(format!("it is longer than the {stated} bytes that the archive states"))),
+        Ok(_) => Err(corrupt(format!("it exceeds the {stated} bytes stated by the archive"))),
         Err(e) => Err(corrupt(e.to_string())),
     }
 }
@@ -91,7 +91,7 @@ pub(crate) fn values<T: Kept>(request: &mut Request) -> Result<(Vec<u64>, Vec<T>
             array.asked.memory_limit,
         )?;
         if array.fortran {
-            return Err(Error::file(array.asked.path, "is in Fortran order; C order is needed"));
+            return Err(Error::file(array.asked.path, "is in Fortran order; write it in C order"));
         }
         Ok((shape, array.all(cells as usize)?))
     })

@@ -13,7 +13,7 @@ pub(super) const fn writer(extension: &'static str) -> Writer {
         extension,
         is_picture: true,
         has_layers: false,
-        summary: "picture in the scene's palette and stretch, 16 bits a colour, sRGB",
+        summary: "picture in the scene's palette and stretch, 16 bits per colour, sRGB",
         encode,
     }
 }

@@ -30,7 +30,7 @@ pub fn check_folder(path: &Path) -> Result<()> {
     let probe = tempfile::Builder::new().prefix(".barnard-probe-").tempfile_in(folder);
     match probe {
         _ if !folder.is_dir() => Err(Error::file(path, format!("the output folder {} does not exist; create it first", folder.display()))),
-        Err(e) => Err(Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display()))),
+        Err(e) => Err(Error::file(path, format!("the output folder {} is not writable: {e}", folder.display()))),
         Ok(_) => Ok(()),
     }
 }
@@ -41,7 +41,7 @@ pub fn check_folder(path: &Path) -> Result<()> {
 /// Where it cannot be written.
 pub fn check_replaceable(path: &Path) -> Result<()> {
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-        return Err(Error::file(path, "is no plain file; it cannot be replaced"));
+        return Err(Error::file(path, "is not a regular file; choose another output"));
     }
     temporary(&target(path)?).map(drop)
 }
@@ -51,7 +51,7 @@ fn target(path: &Path) -> Result<PathBuf> {
     if !path.is_symlink() {
         return Ok(path.to_owned());
     }
-    let lost = |e: std::io::Error| Error::file(path, format!("is a link that leads to no file ({e}); remove it or name another output"));
+    let lost = |e: std::io::Error| Error::file(path, format!("is a broken link ({e}); remove it or choose another output"));
     std::fs::canonicalize(path).map_err(lost)
 }
 
@@ -65,7 +65,7 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
         return Err(Error::file(path, format!("the output folder {} does not exist; create it first", folder.display())));
     }
     if path.is_dir() {
-        return Err(Error::file(path, "is a folder; give the name of a file in it"));
+        return Err(Error::file(path, "is a folder; give a file name"));
     }
     let start = start_of_temporaries(path);
     sweep(folder, &start);
@@ -76,7 +76,7 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile> {
     builder
         .prefix(&format!("{start}{}-{}-", host(), std::process::id()))
         .tempfile_in(folder)
-        .map_err(|e| Error::file(path, format!("the output folder {} cannot be written to: {e}", folder.display())))
+        .map_err(|e| Error::file(path, format!("the output folder {} is not writable: {e}", folder.display())))
 }
 
 /// Which machine this is, and which of its processes know each other's numbers: others may write into the same folder.
@@ -156,7 +156,7 @@ pub fn save_grid(path: &Path, file: &GridFile) -> Result<()> {
 /// Where the extension is another, or the file cannot be written.
 pub fn save_frame(path: &Path, frame: &Frame) -> Result<()> {
     if extension(path) != "fits" {
-        return Err(Error::file(path, "frames of counts are FITS files; name it such as raw_001.fits"));
+        return Err(Error::file(path, "frames are FITS files; use a name such as raw_001.fits"));
     }
     replace(path, &encode_frame(frame))
 }
@@ -171,7 +171,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Variant by what `write` writes.
 pub(crate) fn replace_by(path: &Path, write: impl FnOnce(&mut tempfile::NamedTempFile) -> std::io::Result<()>) -> Result<()> {
-    let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was kept: {e}"));
+    let failed = |e: std::io::Error| Error::file(path, format!("cannot be written, nothing was saved: {e}"));
     let target = target(path)?;
     let mut file = temporary(&target)?;
     write(&mut file).and_then(|()| file.as_file().sync_all()).map_err(failed)?;

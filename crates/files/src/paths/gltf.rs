@@ -34,9 +34,9 @@ pub(super) fn read(request: &Request) -> Result<TextTable> {
     // The library takes for granted that a file is longer than its own head.
     let said = request.bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     if request.bytes.starts_with(b"glTF") && said < 20 {
-        return Err(wrong("is no glTF: its head says that there is nothing behind it".into()));
+        return Err(wrong("is not a glTF file: its header is empty".into()));
     }
-    let Gltf { document, mut blob } = Gltf::from_slice(request.bytes).map_err(|e| wrong(format!("is no glTF: {e}")))?;
+    let Gltf { document, mut blob } = Gltf::from_slice(request.bytes).map_err(|e| wrong(format!("is not a glTF file: {e}")))?;
     let targets = targets(&document).map_err(wrong)?;
     let way = animated_camera(&document, &targets).map_err(wrong)?;
     let mut buffers = Buffers { request, blob: blob.take(), read: HashMap::new(), bytes: 0 };
@@ -44,7 +44,7 @@ pub(super) fn read(request: &Request) -> Result<TextTable> {
     let (first, last) = channels.span();
     let count = ((last - first) * RATE).ceil();
     if count.is_nan() || count + channels.keys.len() as f64 > request.most_rows as f64 {
-        return Err(wrong(format!("has a path of {} s, which is longer than paths may be", last - first)));
+        return Err(wrong(format!("has a path of {} s, which exceeds the limit", last - first)));
     }
     let mut times: Vec<f64> = (0..count as usize).map(|i| first + i as f64 / RATE).chain(channels.keys.iter().copied()).collect();
     times.sort_by(f64::total_cmp);
@@ -66,7 +66,7 @@ fn targets(document: &Document) -> std::result::Result<Vec<Vec<usize>>, String> 
     let node = |channel: &gltf::json::animation::Channel| {
         let node = channel.target.node.value();
         let sound = node < json.nodes.len() && matches!(channel.target.path, Checked::Valid(_));
-        if sound { Ok(node) } else { Err(format!("is no glTF: a channel animates node {node} in a way that there is not")) }
+        if sound { Ok(node) } else { Err(format!("is not a glTF file: a channel of node {node} has an unknown target")) }
     };
     json.animations.iter().map(|animation| animation.channels.iter().map(node).collect()).collect()
 }
@@ -86,7 +86,7 @@ fn animated_camera<'a>(document: &'a Document, targets: &[Vec<usize>]) -> std::r
         let mut way = vec![camera];
         while let Some(parent) = way.last().and_then(|node| parents.get(node)) {
             if way.len() == DEEPEST {
-                return Err(format!("has more than {DEEPEST} nodes above a camera, or nodes in a circle"));
+                return Err(format!("has more than {DEEPEST} nodes above a camera, or a cycle"));
             }
             way.push(*parent);
         }
@@ -95,7 +95,7 @@ fn animated_camera<'a>(document: &'a Document, targets: &[Vec<usize>]) -> std::r
     let cameras = nodes.iter().enumerate().filter(|(_, node)| node.camera.is_some()).map(|(index, _)| index);
     let ways = cameras.take(MAX_CAMERAS).map(way).collect::<std::result::Result<Vec<_>, String>>()?;
     let own = ways.into_iter().find(|way| way.iter().any(|node| animated.contains(node)));
-    let own = own.ok_or("holds no camera that is animated, nor one below a node that is")?;
+    let own = own.ok_or("has no animated camera")?;
     Ok(own.into_iter().rev().filter_map(|index| document.nodes().nth(index)).collect())
 }
 
@@ -135,7 +135,7 @@ impl Channels {
             }
         }
         if own.keys.is_empty() {
-            return Err(Error::file(buffers.request.path, "animates nothing but the size of its camera"));
+            return Err(Error::file(buffers.request.path, "animates only the scale of its camera"));
         }
         Ok(own)
     }
@@ -168,10 +168,10 @@ impl Keys {
         let interpolation = sampler.interpolation();
         let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         if times.is_empty() || values.len() != each * times.len() {
-            return Err(Error::file(path, format!("has {} moments with {} values, where each has {each}", times.len(), values.len())));
+            return Err(Error::file(path, format!("has {} times with {} values, expected {each} per time", times.len(), values.len())));
         }
         if times[0] < 0.0 || times.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err(Error::file(path, "has moments that do not ascend"));
+            return Err(Error::file(path, "has unsorted times"));
         }
         Ok(Self { times, values, interpolation })
     }
@@ -237,14 +237,14 @@ impl Buffers<'_> {
             gltf::buffer::Source::Uri(uri) => match uri.strip_prefix("data:") {
                 Some(data) => {
                     let words = data.split_once(";base64,").map_or("", |(_, words)| words);
-                    STANDARD.decode(words).map_err(|e| wrong(format!("has a buffer that is no base64: {e}")))?
+                    STANDARD.decode(words).map_err(|e| wrong(format!("has an invalid base64 buffer: {e}")))?
                 }
                 None => (self.request.beside)(&percent_decode_str(uri).decode_utf8_lossy())?,
             },
         };
         self.bytes += bytes.len();
         if self.bytes > MAX_BYTES {
-            return Err(wrong(format!("has buffers of more than {} MiB; export the camera alone", MAX_BYTES >> 20)));
+            return Err(wrong(format!("has buffers of more than {} MiB; export only the camera", MAX_BYTES >> 20)));
         }
         Ok(own.insert(bytes))
     }
@@ -255,13 +255,9 @@ fn floats(accessor: &Accessor, dims: usize, buffer: &[u8]) -> std::result::Resul
     const BYTES: usize = 4;
     let wanted = [Dimensions::Scalar, Dimensions::Vec2, Dimensions::Vec3, Dimensions::Vec4][dims - 1];
     if accessor.data_type() != DataType::F32 || accessor.dimensions() != wanted || accessor.sparse().is_some() {
-        return Err(format!(
-            "has values of type {:?} {:?}; floats that are not sparse are read",
-            accessor.data_type(),
-            accessor.dimensions()
-        ));
+        return Err(format!("has values of type {:?} {:?}; only dense floats are supported", accessor.data_type(), accessor.dimensions()));
     }
-    let outside = || format!("has an accessor, number {}, that lies outside of its buffer", accessor.index());
+    let outside = || format!("has an accessor, number {}, outside of its buffer", accessor.index());
     let view = accessor.view().ok_or_else(outside)?;
     let end = view.offset().checked_add(view.length()).ok_or_else(outside)?;
     let bytes = buffer.get(view.offset()..end).ok_or_else(outside)?;
@@ -274,7 +270,7 @@ fn floats(accessor: &Accessor, dims: usize, buffer: &[u8]) -> std::result::Resul
         let own = start.and_then(|start| bytes.get(start..start.checked_add(dims * BYTES)?)).ok_or_else(outside)?;
         let number = |word: &[u8]| f64::from(f32::from_le_bytes([word[0], word[1], word[2], word[3]]));
         let numbers: Vec<f64> = own.chunks_exact(BYTES).map(number).collect();
-        if numbers.iter().all(|v| v.is_finite()) { Ok(numbers) } else { Err("has values that are no numbers".to_owned()) }
+        if numbers.iter().all(|v| v.is_finite()) { Ok(numbers) } else { Err("has values that are not finite".to_owned()) }
     };
     let mut all = Vec::new();
     for i in 0..accessor.count() {

@@ -26,7 +26,7 @@ const COLUMNS: [&str; 10] = ["time [s]", "x [m]", "y [m]", "z [m]", "direction_x
 
 fn read(request: &Request) -> Result<TextTable> {
     let file = request.path.display().to_string();
-    let text = std::str::from_utf8(request.bytes).map_err(|_| Error::file(request.path, "is no text in UTF-8"))?;
+    let text = std::str::from_utf8(request.bytes).map_err(|_| Error::file(request.path, "is not UTF-8 text"))?;
     let wrong = |line: usize, message: String| {
         let origin = Some(Origin { source: file.as_str().into(), line });
         Error::Scene { message, place: Place { origin, path: String::new(), key: "row".into() } }
@@ -39,7 +39,7 @@ fn read(request: &Request) -> Result<TextTable> {
             let said = comment.trim().strip_prefix("fps").map(|rest| rest.trim().trim_start_matches(['=', ':']).trim());
             if let Some(said) = said {
                 let number = said.parse::<f64>().ok().filter(|rate| *rate > 0.0 && rate.is_finite());
-                rate = number.ok_or_else(|| wrong(line, format!("\"{said}\" is no number of frames a second")))?;
+                rate = number.ok_or_else(|| wrong(line, format!("\"{said}\" is not a number of frames per second")))?;
             }
             continue;
         }
@@ -47,11 +47,11 @@ fn read(request: &Request) -> Result<TextTable> {
             continue;
         }
         if rows.len() == request.most_rows {
-            return Err(wrong(line, format!("has more than {} frames, which is most that a path may have", request.most_rows)));
+            return Err(wrong(line, format!("has more than {} frames, the limit of a path", request.most_rows)));
         }
         let words: Vec<&str> = text.split([',', ' ', '\t']).filter(|word| !word.is_empty()).collect();
         if words.len() != COLUMNS.len() {
-            let wanted = "a frame has a time, then position, direction and up, three numbers each";
+            let wanted = "a frame must have a time, then position, direction and up, three numbers each";
             return Err(wrong(line, format!("has {} values; {wanted}", words.len())));
         }
         let number = |word: &&str| {

@@ -15,7 +15,7 @@ pub(crate) struct Request<'a> {
     pub bytes: &'a [u8],
     pub path: &'a Path,
     /// The bytes of a file by its name.
-    #[cfg_attr(not(feature = "gltf"), expect(dead_code, reason = "only glTF names other files"))]
+    #[cfg_attr(not(feature = "gltf"), expect(dead_code, reason = "only glTF refers to other files"))]
     pub beside: &'a dyn Fn(&str) -> Result<Vec<u8>>,
     pub most_rows: usize,
 }

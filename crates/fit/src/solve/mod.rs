@@ -107,13 +107,13 @@ impl Fitted {
     pub fn chi2_warning(&self) -> Option<String> {
         let reduced = self.reduced_chi2();
         let why = if reduced > FAR {
-            "far above 1: the model does not describe the data (place, scale, missing light), or their errors are too small; the standard errors do not hold"
+            "far above 1: the model does not describe the data (position, scale, missing light), or their errors are too small; the standard errors are invalid"
         } else if reduced < 1.0 / FAR {
-            "far below 1: errors of the data are too large, or neighbouring pixels are not independent"
+            "far below 1: errors of the data are too large, or neighbouring pixels are correlated"
         } else {
             return None;
         };
-        Some(format!("chi2 is {reduced:.3} for each degree of freedom, {why}"))
+        Some(format!("chi2 per degree of freedom is {reduced:.3}, {why}"))
     }
 
     /// How two parameters go together, from −1 to 1.
@@ -151,8 +151,8 @@ pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], sta
     for (parameter, value) in parameters.iter().zip(start) {
         let (low, high) = parameter.bounds;
         if !(low..=high).contains(value) {
-            let said = format!("{} that begins at {value}", parameter.key);
-            return Err(Error::value("free parameter", said, format!("from {low} to {high}, as its bounds say")));
+            let value = format!("{value}, the start value of {},", parameter.key);
+            return Err(Error::out_of_range("free parameter", value, format!("within its bounds, {low} to {high}")));
         }
     }
     let mut fitting = Fitting {
@@ -264,7 +264,7 @@ impl Fitting<'_> {
         self.evaluations += 1;
         let own = self.model.predict(values, self.control)?;
         if own.mean.len() != self.data.values.len() || !own.mean.iter().all(|value| value.is_finite()) {
-            return Err(Error::value("model of a fit", "values that are no numbers", "one number for each of the data"));
+            return Err(Error::mismatch("model of a fit", "one finite number per data point", "other values"));
         }
         Ok(own)
     }
@@ -343,8 +343,8 @@ impl Fitting<'_> {
             steps.push(tried.step);
             let largest = largest(&change);
             if largest <= ROUNDED * brightest {
-                let wanted = "a parameter that the data depend on; leave it out";
-                return Err(Error::value("free parameter", &self.parameters[i].key, wanted));
+                let problem = format!("the data do not depend on free parameter {}", self.parameters[i].key);
+                return Err(Error::conflict(problem, "leave it out"));
             }
             let bends = tried.two.iter().zip(&first.mean).zip(&change).map(|((two, first), own)| (two - first - 2.0 * own).abs());
             linear[i] = bends.fold(0.0, f64::max) <= LINEAR * largest + ROUNDED * brightest;

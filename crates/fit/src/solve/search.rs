@@ -96,7 +96,7 @@ impl Fitting<'_> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
-        let now = now.ok_or_else(|| Error::value("fit", "a model that is no number", "other values to begin at, or bounds"))?;
+        let now = now.ok_or_else(|| Error::conflict("the model of the fit is not a number", "use other start values, or bounds"))?;
         Ok((now.values, report.termination.was_successful()))
     }
 

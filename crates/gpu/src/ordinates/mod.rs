@@ -131,7 +131,7 @@ impl Buffers {
         let kept = (2 * widest * beams_of(transfer)) as u64 * PAIRS;
         let limits = gpu.device.limits();
         let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let instead = "the processor has room for them";
+        let instead = "use the processor";
         GpuError::too_large("light in cells, in bytes,", moments.max(kept), room, instead)?;
         GpuError::too_large("the number of cells", cells.lattice.cells() as u64, (MAX_GROUPS * WORKGROUP / WIDTH) as u64, instead)?;
         // Every plane's numbers stand where a device may begin to read.

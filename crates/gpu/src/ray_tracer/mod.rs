@@ -33,7 +33,7 @@ const FARTHEST: u64 = 20_000;
 /// Voxels that are written to the device at once.
 const WRITTEN: usize = 1 << 16;
 /// Placeholder on a full device.
-const INSTEAD: &str = "the processor does it";
+const INSTEAD: &str = "use the processor";
 /// Bindings of the shader's entries.
 const FOLLOWS: [u32; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
 const SUMS_UP: [u32; 7] = [0, 2, 4, 5, 9, 10, 11];
@@ -166,16 +166,11 @@ impl<'a> OnDevice<'a> {
         let limits = gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         for bytes in sizes {
-            GpuError::too_large("what a voxel's gas and light take, in bytes,", bytes, most, INSTEAD)?;
+            GpuError::too_large("the size of a voxel's gas and light in bytes", bytes, most, INSTEAD)?;
         }
         for star in 0..task.stars.len() {
             let edges = task.rays(star).farthest() / task.cloud.voxel.min_element();
-            GpuError::too_large(
-                "the way from a star to the cloud's farthest corner, in edges of a voxel,",
-                edges as u64,
-                FARTHEST,
-                INSTEAD,
-            )?;
+            GpuError::too_large("the distance from a star to the farthest corner of the cloud in voxels", edges as u64, FARTHEST, INSTEAD)?;
         }
         GpuError::too_large("the number of rays", room as u64, (MAX_GROUPS * WORKGROUP) as u64, INSTEAD)?;
         let [voxels, others, sums, rays, flux, rates] = sizes;
@@ -249,7 +244,7 @@ impl<'a> OnDevice<'a> {
         let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&counted);
         let most = counted[..GENERATIONS].iter().max().map_or(0, |most| *most);
         GpuError::too_large("the number of rays", most.into(), self.room as u64, INSTEAD)?;
-        GpuError::too_large("the number of rays that part too often", counted[star.generations].into(), 0, INSTEAD)?;
+        GpuError::too_large("the number of rays with too many splits", counted[star.generations].into(), 0, INSTEAD)?;
         Ok((1.0 - f64::from(counted[GENERATIONS + 1]) / KEPT_UNITS).clamp(0.0, 1.0))
     }
 

@@ -123,10 +123,10 @@ albedo = 0.6
         assert!(wrong < TOLERANCE, "{place:?}: {wrong:e}");
         assert!(difference(&first, &before.0, &theirs) > 10.0 * TOLERANCE);
     }
-    for (place, word) in [([f64::NAN, 0.0, 0.0], "numbers"), ([0.0, f64::INFINITY, 0.0], "numbers"), ([0.0, 0.0, 1e9], "so far")] {
+    for (place, word) in [([f64::NAN, 0.0, 0.0], "finite"), ([0.0, f64::INFINITY, 0.0], "finite"), ([0.0, 0.0, 1e9], "too far")] {
         assert!(renderer.move_star(1, place.into()).err().unwrap().to_string().contains(word), "{place:?}");
     }
-    assert!(renderer.move_star(2, [0.0; 3].into()).err().unwrap().to_string().contains("2 stars"));
+    assert!(renderer.move_star(2, [0.0; 3].into()).err().unwrap().to_string().contains("number 2 of 2"));
     renderer.update(&first).unwrap();
     assert!(renderer.radiance(&Control::default()).unwrap() == before);
 }

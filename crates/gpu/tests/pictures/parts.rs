@@ -95,7 +95,7 @@ sparse = "always"
         ("gas", format!("{CAMERA}{DUST}{STAR}{gas}{method}")),
         ("background", format!("{CAMERA}{DUST}{STAR}{behind}{method}")),
         ("spectral", format!("{CAMERA}{spectral}{STAR}{method}")),
-        ("many bounces", format!("{CAMERA}{DUST}{forward}{STAR}{gas}{method}bounces = 4\n")),
+        ("multiple scattering", format!("{CAMERA}{DUST}{forward}{STAR}{gas}{method}bounces = 4\n")),
         ("shared nodes", format!("{CAMERA}{spectral}{STAR}{gas}{behind}{method}name = \"common_nodes\"\n")),
         // More sums than registers hold.
         ("shared nodes of six stars", format!("{CAMERA}{spectral}{STAR}{}{gas}{behind}{method}name = \"common_nodes\"\n", many_lights(5))),
@@ -178,7 +178,7 @@ albedo = 0.6
     assert!(wrong[2] < 0.02 && wrong[2] < 0.5 * wrong[1] && wrong[1] < 0.5 * wrong[0] && wrong[2] > 0.0, "{wrong:?}");
     let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
     let error = Renderer::new(&gpu, &plan(&mut scene, 24), on_the_fly).err().unwrap().to_string();
-    assert!(error.contains("fbm") && error.contains("sampled to a grid"), "{error}");
+    assert!(error.contains("fbm") && error.contains("remove it to sample"), "{error}");
 }
 
 /// Stars whose light is gathered, scattered evenly, by one phase function and by one for each wavelength, seen from

@@ -14,6 +14,7 @@
 
 /// Interpolation between keyframes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Interpolation {
     /// Smoothly through all keys, beyond them where that is smoother.
     CatmullRom,
@@ -40,16 +41,16 @@ pub struct InterpolationEntry {
 pub const INTERPOLATIONS: [InterpolationEntry; 4] = [
     InterpolationEntry {
         name: "catmull_rom",
-        summary: "smooth through all keys, beyond their values where that is smoother",
+        summary: "smooth through all keys, may exceed their values",
         interpolation: Interpolation::CatmullRom,
     },
     InterpolationEntry {
         name: "bezier",
-        summary: "smooth through all keys, never beyond their values: at rest where a value turns",
+        summary: "smooth through all keys, never exceeds their values",
         interpolation: Interpolation::Bezier,
     },
-    InterpolationEntry { name: "linear", summary: "straight from key to key", interpolation: Interpolation::Linear },
-    InterpolationEntry { name: "step", summary: "each value holds until the next key", interpolation: Interpolation::Step },
+    InterpolationEntry { name: "linear", summary: "linear between keys", interpolation: Interpolation::Linear },
+    InterpolationEntry { name: "step", summary: "constant until the next key", interpolation: Interpolation::Step },
 ];
 
 /// Vectors at ascending times, and what lies between them.

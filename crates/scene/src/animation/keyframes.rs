@@ -11,21 +11,21 @@ use crate::properties::{Key, Origin, Place, Section, Value};
 
 /// Keys of `[[camera.path.key]]`: what is the camera's whatever its kind, and the numbers of all kinds.
 pub(crate) const KEYFRAME: &[Key] = &[
-    Key::required("time", "time", "when the camera is there"),
-    Key::optional("position", "position", "goes on between its neighbours", "where the observer is"),
-    Key::optional("target", "position", "goes on between its neighbours", "what they look at"),
-    Key::optional("direction", "direction", "towards the target", "which way they look, in place of a target"),
+    Key::required("time", "time", "time of the keyframe"),
+    Key::optional("position", "position", "interpolated", "position of the observer"),
+    Key::optional("target", "position", "interpolated", "target of the view"),
+    Key::optional("direction", "direction", "towards the target", "viewing direction, instead of a target"),
     Key::optional(
         "orientation",
         "list of numbers",
         "towards the target",
-        "in place of target and up, the quaternion [x, y, z, w] that turns a camera which looks along -z, with y upwards",
+        "quaternion [x, y, z, w] that rotates a camera looking along -z with y up, instead of target and up",
     ),
-    Key::optional("up", "direction", "goes on between its neighbours", "what is up in the image"),
-    Key::optional("field_of_view", "angle", "goes on between its neighbours", "horizontal field of view, of a perspective camera"),
-    Key::optional("width", "length", "goes on between its neighbours", "width of the image, of an orthographic camera"),
-    Key::optional("aperture", "angle", "goes on between its neighbours", "the angle across the circle, of a fisheye"),
-    Key::optional("tilt", "angle", "goes on between its neighbours", "how far the middle of a fisheye leans from up towards the target"),
+    Key::optional("up", "direction", "interpolated", "up direction of the image"),
+    Key::optional("field_of_view", "angle", "interpolated", "horizontal field of view, of a perspective camera"),
+    Key::optional("width", "length", "interpolated", "width of the image, of an orthographic camera"),
+    Key::optional("aperture", "angle", "interpolated", "angle across the circle, of a fisheye"),
+    Key::optional("tilt", "angle", "interpolated", "tilt of a fisheye's centre from up towards the target"),
 ];
 
 /// Most keyframes of a file: ten hours at 30 a second.
@@ -126,12 +126,10 @@ impl Keyframes {
     /// A keyframe at a moment \[s\].
     fn begin(&mut self, time: f64) -> std::result::Result<(), String> {
         if !(time >= 0.0 && time.is_finite()) {
-            return Err(format!("{time} s is no moment of a path; a path begins at 0 s or later"));
+            return Err(format!("time {time} s is out of range; a path must begin at 0 s or later"));
         }
         if let Some(before) = self.times.last().filter(|before| time <= **before) {
-            return Err(format!(
-                "{time} s comes behind a key at {before} s, so that time runs backward; put keys in the order of their times"
-            ));
+            return Err(format!("{time} s follows a key at {before} s; sort keys by time"));
         }
         self.times.push(time);
         Ok(())
@@ -141,7 +139,7 @@ impl Keyframes {
     fn add(&mut self, vector: &Vector, values: &[f64]) -> std::result::Result<(), String> {
         let (dims, time) = (vector.columns.len(), self.times.last().copied().unwrap_or(0.0));
         if values.len() != dims {
-            return Err(format!("{} has {dims} numbers, not {}", vector.name, values.len()));
+            return Err(format!("{} must have {dims} numbers, not {}", vector.name, values.len()));
         }
         let square: f64 = values.iter().map(|v| v * v).sum();
         let points = square > 0.0 && square.is_finite();
@@ -171,10 +169,10 @@ impl Keyframes {
     fn finished(self) -> std::result::Result<Self, String> {
         let looks: Vec<&str> = LOOKS.into_iter().filter(|name| self.vectors.iter().any(|(own, _)| own == name)).collect();
         if let [a, b, ..] = looks[..] {
-            return Err(format!("keys say both {a} and {b}; a camera follows one of them along all of its path"));
+            return Err(format!("keys have both {a} and {b}; use one of them along the whole path"));
         }
         if looks == ["orientation"] && self.vectors.iter().any(|(name, _)| *name == "up") {
-            return Err("keys say both orientation and up; an orientation has its own up".into());
+            return Err("keys have both orientation and up; an orientation includes up".into());
         }
         Ok(self)
     }
@@ -210,7 +208,7 @@ impl Columns {
             let size = size(&unit).ok_or_else(|| wrong(&column.name, format!("unknown unit \"{unit}\"; write it like \"{example}\"")))?;
             Ok::<_, Error>(Column { size: Some(size), ..column })
         };
-        let missing = || wrong("time", format!("there is no column \"time [s]\" among {}", table.columns.join(", ")));
+        let missing = || wrong("time", format!("has no column \"time [s]\", only {}", table.columns.join(", ")));
         let time = sized(column("time").ok_or_else(missing)?, Time::unit_size, "time [s]")?;
         let mut vectors = Vec::new();
         for vector in &VECTORS {
@@ -224,7 +222,7 @@ impl Columns {
             if own.iter().any(|column| column.unit != own[0].unit) {
                 return Err(wrong(
                     vector.name,
-                    format!("{} are in different units; write all in one, such as x [pc], y [pc], z [pc]", vector.columns.join(", ")),
+                    format!("{} have different units; use one, such as x [pc], y [pc], z [pc]", vector.columns.join(", ")),
                 ));
             }
             let own = if vector.is_place {
@@ -252,7 +250,7 @@ impl Columns {
         if vectors.is_empty() && others.is_empty() {
             return Err(wrong(
                 "columns",
-                format!("{} say nothing of a camera, as x [pc], y [pc] and z [pc] would", table.columns.join(", ")),
+                format!("{} are not columns of a camera path; add columns such as x [pc], y [pc] and z [pc]", table.columns.join(", ")),
             ));
         }
         Ok(Self { file: file.to_owned(), time, vectors, others })

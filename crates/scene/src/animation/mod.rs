@@ -35,28 +35,19 @@ pub(crate) fn check_path(section: &Section, inputs: &Inputs) -> Result<()> {
 
 /// Keys of `[[animation]]`.
 pub(crate) const TRACK: &[Key] = &[
-    Key::required(
-        "of",
-        "text",
-        "the key that changes, such as \"star[0].temperature\", the first star being number 0, or \"display.white\"",
-    ),
-    Key::required("times", "list of times", "when it is what `values` say, ascending, such as [\"0 s\", \"4 s\"]"),
-    Key::required("values", "list of values", "what it is then, each as the key itself would say it, all in one unit"),
-    Key::optional("interpolation", "text", "bezier", "how values go from key to key").of("interpolations"),
+    Key::required("of", "text", "animated key, such as \"star[0].temperature\" (of the first star) or \"display.white\""),
+    Key::required("times", "list of times", "ascending times of `values`, such as [\"0 s\", \"4 s\"]"),
+    Key::required("values", "list of values", "values at these times, written like the key itself, all in one unit"),
+    Key::optional("interpolation", "text", "bezier", "interpolation between values").of("interpolations"),
 ];
 
 /// Keys of `[sequence]`.
 pub(crate) const SEQUENCE: &[Key] = &[
-    Key::optional("frames_per_second", "number", "30", "how many frames a second has"),
-    Key::optional("first_frame", "integer", "1", "the number of the frame that shows the first moment, 0 s"),
-    Key::optional("duration", "time", "until the last key", "the time from the first frame to the last"),
-    Key::optional(
-        "shutter",
-        "angle",
-        "0 deg",
-        "how long the shutter stays open, of 360 deg for as long as a frame lasts: what moves is blurred",
-    ),
-    Key::optional("shutter_moments", "integer", "8", "2 to 256: moments of which a frame with an open shutter is the mean"),
+    Key::optional("frames_per_second", "number", "30", "frames per second"),
+    Key::optional("first_frame", "integer", "1", "number of the frame at 0 s"),
+    Key::optional("duration", "time", "until the last key", "time from the first frame to the last"),
+    Key::optional("shutter", "angle", "0 deg", "shutter angle for motion blur; 360 deg is the whole frame time"),
+    Key::optional("shutter_moments", "integer", "8", "number of moments averaged per frame with motion blur, 2 to 256"),
 ];
 
 /// Scene keys of an [`Animation`](Timeline).
@@ -187,7 +178,7 @@ impl Timeline {
 
 /// The error about the place of a track.
 fn wrong(number: usize, said: &Property, message: String) -> Error {
-    let place = crate::properties::Place { origin: said.origin.clone(), path: format!("animation.{}", number + 1), key: "of".into() };
+    let place = crate::properties::Place { origin: said.origin.clone(), path: format!("animation[{number}]"), key: "of".into() };
     Error::Scene { message, place }
 }
 
@@ -198,26 +189,24 @@ fn track(section: &Section) -> Result<(String, Track, Property)> {
     if TABLES.iter().any(|own| of == *own || of.starts_with(&format!("{own}.")) || of.starts_with(&format!("{own}[")))
         || of.starts_with("camera.path")
     {
-        return Err(section.error("of", format!("\"{of}\" says how a scene changes, and cannot change itself")));
+        return Err(section.error("of", format!("\"{of}\" defines the animation and cannot be animated")));
     }
-    let missing = |key: &str, example: &str| section.error(key, format!("key \"{key}\" is missing; write it like {key} = {example}"));
+    let missing = |key: &str, example: &str| section.error(key, format!("key \"{key}\" is required; write it like {key} = {example}"));
     let times = section.texts("times")?.ok_or_else(|| missing("times", "[\"0 s\", \"4 s\"]"))?;
     let values = match section.properties().get("values").map(|property| &property.value) {
         Some(Value::List(items)) => items,
-        Some(_) => return Err(section.error("values", "values is a list, such as [\"5000 K\", \"9000 K\"]")),
+        Some(_) => return Err(section.error("values", "values must be a list, such as [\"5000 K\", \"9000 K\"]")),
         None => return Err(missing("values", "[\"5000 K\", \"9000 K\"]")),
     };
     if times.len() != values.len() || times.is_empty() {
-        let message = format!("{} times have {} values; each time has one", times.len(), values.len());
+        let message = format!("{} times have {} values; give one value per time", times.len(), values.len());
         return Err(section.error("values", message));
     }
     let mut keys: Vec<(f64, Value)> = Vec::new();
     for (time, value) in times.iter().zip(values) {
         let moment = section.wrap("times", Time::parse(time))?.0;
         if moment < 0.0 || keys.last().is_some_and(|(before, _)| moment <= *before) {
-            return Err(
-                section.error("times", format!("{time} is no later than the time before it; times begin at 0 s or later, and ascend"))
-            );
+            return Err(section.error("times", format!("{time} is not later than the previous time; times must ascend from 0 s or later")));
         }
         keys.push((moment, value.value.clone()));
     }
@@ -237,19 +226,19 @@ fn frames(section: Option<&Section>, end: f64) -> Result<Frames> {
     section.check_keys(&SEQUENCE.iter().map(|k| k.name).collect::<Vec<_>>())?;
     let per_second = section.number("frames_per_second", 0.0..=FASTEST)?.unwrap_or(30.0);
     if per_second <= 0.0 {
-        return Err(section.error("frames_per_second", "a second has more than no frames; write a number such as 30"));
+        return Err(section.error("frames_per_second", "frames_per_second must be above zero, such as 30"));
     }
     let duration = section.quantity::<Time>("duration")?.map_or(end, |time| time.0);
     let shutter = section.quantity::<Angle>("shutter")?.map_or(0.0, |angle| angle.0 / std::f64::consts::TAU);
     if !(0.0..=1.0 + 1e-12).contains(&shutter) {
-        return Err(section.error("shutter", "a shutter is open from 0 to 360 deg"));
+        return Err(section.error("shutter", "a shutter angle must be between 0 and 360 deg"));
     }
     // Rounding does not take the last frame away.
     let count = (duration * per_second + 1e-6).floor() + 1.0;
     if !(1.0..=MOST_FRAMES).contains(&count) {
         return Err(section.error(
             "duration",
-            format!("{duration} s at {per_second} frames a second cannot be; a sequence has 1 to {MOST_FRAMES:e} frames"),
+            format!("{duration} s at {per_second} frames per second is out of range; a sequence must have 1 to {MOST_FRAMES:e} frames"),
         ));
     }
     Ok(Frames {

@@ -18,22 +18,17 @@ use crate::properties::{Key, Property, Section, Table, Value};
 
 /// Keys of `[camera.path]`.
 pub(crate) const KEYS: &[Key] = &[
-    Key::optional("key", "list of tables", "none", "the keyframes, [[camera.path.key]]; two or more, or a file"),
+    Key::optional("key", "list of tables", "none", "two or more keyframes, [[camera.path.key]], unless a file is given"),
     Key::optional(
         "file",
         "path",
         "none",
-        "a file of keyframes: a CSV, a camera path of Gaia Sky (.gsc), or the first animated camera of a glTF (.gltf, .glb)",
+        "file of keyframes: CSV, Gaia Sky camera path (.gsc), or the first animated camera of a glTF (.gltf, .glb)",
     ),
-    Key::optional("unit", "length", "1 pc", "how long a length of one is in a .gltf or .glb, and in columns of a CSV that say no unit"),
-    Key::optional("interpolation", "text", "catmull_rom", "how the camera goes from key to key").of("interpolations"),
-    Key::optional("ease", "time", "0 s", "how long the camera takes to get going at the beginning, and to come to rest at the end"),
-    Key::optional(
-        "constant_speed",
-        "boolean",
-        "false",
-        "the camera goes its way at one speed; times of the first and last key alone count",
-    ),
+    Key::optional("unit", "length", "1 pc", "unit of length of a .gltf or .glb, and of CSV columns without a unit"),
+    Key::optional("interpolation", "text", "catmull_rom", "interpolation between keyframes").of("interpolations"),
+    Key::optional("ease", "time", "0 s", "time to accelerate from rest at the beginning, and to decelerate at the end"),
+    Key::optional("constant_speed", "boolean", "false", "constant speed; only the times of the first and last key are used"),
 ];
 
 /// Parts of the way between two keys by which its length is measured.
@@ -68,7 +63,7 @@ impl CameraPath {
         let chosen = section.choice("interpolation", &names)?.unwrap_or(names[0]);
         let interpolation = INTERPOLATIONS.iter().find(|e| e.name == chosen).map_or(Interpolation::CatmullRom, |e| e.interpolation);
         let keyframes = match (section.text("file")?, section.has("key")) {
-            (Some(_), true) => return Err(section.error("file", "give either a file or keys, not both")),
+            (Some(_), true) => return Err(section.error("file", "file and keys exclude each other; remove one")),
             (Some(file), false) => {
                 let unit_pc = section.positive::<Length>("unit")?.map_or(1.0, |unit| unit.0);
                 Keyframes::of_file(section, file, unit_pc, inputs)?
@@ -81,14 +76,14 @@ impl CameraPath {
         let Keyframes { times, vectors, others } = keyframes;
         let (Some(first), Some(last)) = (times.first().copied(), times.last().copied().filter(|_| times.len() > 1)) else {
             let has = if times.is_empty() { "no keys" } else { "one key" };
-            return Err(section.error("key", format!("a path with {has} leads nowhere; give two or more [[camera.path.key]], or a file")));
+            return Err(section.error("key", format!("the path has {has}; give two or more [[camera.path.key]], or a file")));
         };
         let vectors: Vec<(&'static str, Curve)> =
             vectors.into_iter().map(|(name, (times, values))| (name, Curve::new(times, values, interpolation))).collect();
         let track = |(name, keys): (String, Vec<(f64, Value)>)| {
             let owners: Vec<&str> = KINDS.iter().filter(|own| own.keys.iter().any(|key| key.name == name)).map(|own| own.name).collect();
             if !owners.contains(&kind) {
-                let message = format!("\"{name}\" goes with kind {} only and this camera is {kind}; leave it out", owners.join(" or "));
+                let message = format!("\"{name}\" requires kind {}, but this camera is {kind}; remove it", owners.join(" or "));
                 return Err(section.error("key", message));
             }
             Ok((name.clone(), Track::new(keys, interpolation).map_err(|e| section.error("key", format!("{name}: {e}")))?))
@@ -96,7 +91,7 @@ impl CameraPath {
         let others: Vec<(String, Track)> = others.into_iter().map(track).collect::<Result<_>>()?;
         let ease = section.quantity::<Time>("ease")?.map_or(0.0, |time| time.0);
         if !(0.0..=0.5 * (last - first)).contains(&ease) {
-            let message = format!("{ease} s is no time in which a path of {} s can begin and end; give half of it at most", last - first);
+            let message = format!("an ease of {ease} s is too long for a path of {} s; use at most half of the path", last - first);
             return Err(section.error("ease", message));
         }
         if let Some(file) = section.text("file")? {
@@ -106,8 +101,7 @@ impl CameraPath {
         let mut path = Self { vectors, others, span: (first, last), ease, way: None };
         if section.flag("constant_speed")?.unwrap_or(false) {
             path.way = Some(path.measured(&times).ok_or_else(|| {
-                section
-                    .error("constant_speed", "the camera goes no way between its keys; leave constant_speed out, or give it two positions")
+                section.error("constant_speed", "the camera does not move between its keys; remove constant_speed, or give two positions")
             })?);
         }
         Ok(path)
@@ -141,7 +135,7 @@ impl CameraPath {
             // Between quaternions of length one a mean is shorter.
             let q = DQuat::from_xyzw(q[0], q[1], q[2], q[3]);
             if q.length() < 1e-6 {
-                return Err(section.error("key", "orientations of neighbouring keys are opposite; put a key between them"));
+                return Err(section.error("key", "orientations of adjacent keys are opposite; insert a key between them"));
             }
             looks = Some(q.normalize() * DVec3::NEG_Z);
             camera.insert("up", said(direction(q.normalize() * DVec3::Y)));
@@ -150,7 +144,7 @@ impl CameraPath {
             camera.insert("target", said(place(target)));
         } else if let Some(looks) = looks {
             let Some(looks) = looks.try_normalize() else {
-                return Err(section.error("key", "directions of neighbouring keys are opposite; put a key between them"));
+                return Err(section.error("key", "directions of adjacent keys are opposite; insert a key between them"));
             };
             // As far as the scene's own target is: what nothing else is said of stands there.
             let own = Section::new(camera, "camera");

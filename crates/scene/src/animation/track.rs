@@ -25,22 +25,21 @@ impl Track {
     /// # Errors
     /// In words, where values have no numbers to go between, or differ in their unit or number.
     pub fn new(keys: Vec<(f64, Value)>, interpolation: Interpolation) -> Result<Self, String> {
-        let Some((_, first)) = keys.first() else { return Err("a track has a key or more".into()) };
+        let Some((_, first)) = keys.first() else { return Err("a track must have at least one key".into()) };
         if interpolation == Interpolation::Step {
             return Ok(Self::Said(keys));
         }
-        let between =
-            |value: &Value| format!("{value} has no numbers that could change; interpolation = \"step\" takes values as they are");
+        let between = |value: &Value| format!("{value} has no numbers to interpolate; use interpolation = \"step\"");
         let (form, _) = Form::of(first).ok_or_else(|| between(first))?;
         let mut values = Vec::new();
         let count = Form::of(first).map_or(0, |(_, numbers)| numbers.len());
         for (_, value) in &keys {
             let (own, numbers) = Form::of(value).ok_or_else(|| between(value))?;
             if own != form || numbers.len() != count {
-                return Err(format!("{first} and {value} cannot go into each other; write all keys alike, in one unit"));
+                return Err(format!("{first} and {value} cannot be interpolated; write all keys in the same form and unit"));
             }
             if let Some(wrong) = numbers.iter().find(|v| !v.is_finite()) {
-                return Err(format!("{wrong} is no value that a key can have"));
+                return Err(format!("{wrong} is not a valid value of a key"));
             }
             values.extend(numbers);
         }
@@ -108,9 +107,9 @@ mod tests {
         let list = |values: [f64; 2]| Value::List(values.map(|v| Value::Number(v).into()).to_vec());
         assert_eq!(half(list([0.0, 1.0]), list([1.0, 3.0])).unwrap(), list([0.5, 2.0]));
         for (a, b, words) in [
-            (text("1 pc"), text("1 ly"), "one unit"),
-            (text("1 pc"), text("1 2 pc"), "alike"),
-            (text("ccm89"), text("ccm89"), "no numbers"),
+            (text("1 pc"), text("1 ly"), "same form and unit"),
+            (text("1 pc"), text("1 2 pc"), "cannot be interpolated"),
+            (text("ccm89"), text("ccm89"), "no numbers to interpolate"),
             (Value::Number(f64::NAN), Value::Number(1.0), "NaN"),
         ] {
             let error = half(a, b).unwrap_err();

@@ -227,7 +227,7 @@ pub trait DataSource: Debug + Send + Sync {
     /// Where there is none, or it is larger than `memory_limit` bytes.
     fn picture(&self, name: &str, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
         let _ = (hdu, memory_limit);
-        Err(Error::file(self.label(name), "holds no picture that can be read here"))
+        Err(Error::file(self.label(name), "contains no readable image"))
     }
 
     /// What `choose` chooses of the array called `name`; `member` is the one that is meant where there are several. Its
@@ -339,7 +339,7 @@ pub struct NoData;
 
 impl NoData {
     fn refuse<T>(name: &str) -> Result<T> {
-        Err(Error::file(name, "cannot be read: this scene was made without files"))
+        Err(Error::file(name, "cannot be read, because this scene has no files"))
     }
 }
 

@@ -50,7 +50,7 @@ impl Bounds {
         (!sound).then(|| {
             let [x, y, z] = size.to_array();
             format!(
-                "a box of {x:e} x {y:e} x {z:e} pc, {away:e} pc from the origin, is none to reckon with: edges are {:e} to {:e} pc long, and at least 1e-9 of that distance",
+                "the box of {x:e} x {y:e} x {z:e} pc, {away:e} pc from the origin, is out of range; edges must be {:e} to {:e} pc, and at least 1e-9 of that distance",
                 EDGES.start(),
                 EDGES.end()
             )

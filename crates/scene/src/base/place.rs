@@ -12,32 +12,31 @@ pub struct Origin {
     pub line: usize,
 }
 
-/// The place of a property: table and key, and the line of its text where there is a text.
+/// Location of a property: table and key, and the line of its text where there is a text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
     /// The line, where the tree was made of a text.
     pub origin: Option<Origin>,
-    /// The table's full name, "dust.phase" or "star.1" for the first of a list; empty for the root.
+    /// Path of the table, "dust.phase" or "star\[0\]" for the first of a list; empty for the root.
     pub path: String,
     /// The key in that table.
     pub key: String,
 }
 
+impl Place {
+    /// Path of the property, such as "star\[0\].temperature", as `--set` and Python accept it.
+    pub fn full_path(&self) -> String {
+        let dot = if self.path.is_empty() { "" } else { "." };
+        format!("{}{dot}{}", self.path, self.key)
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.origin {
-            Some(Origin { source, line }) if self.path.is_empty() => write!(f, "{source}:{line}, {}", self.key),
-            Some(Origin { source, line }) => write!(f, "{source}:{line}, [{}] {}", self.path, self.key),
-            None => {
-                for part in self.path.split('.').filter(|part| !part.is_empty()) {
-                    match part.parse::<usize>() {
-                        Ok(number) => write!(f, "[{}]", number.saturating_sub(1))?,
-                        Err(_) => write!(f, "{}{part}", if self.path.starts_with(part) { "" } else { "." })?,
-                    }
-                }
-                write!(f, "{}{}", if self.path.is_empty() { "" } else { "." }, self.key)
-            }
+        if let Some(Origin { source, line }) = &self.origin {
+            write!(f, "{source}:{line}, ")?;
         }
+        f.write_str(&self.full_path())
     }
 }
 
@@ -45,15 +44,15 @@ impl fmt::Display for Place {
 mod tests {
     use super::*;
 
-    /// A place without a text is a path as programs write it, the first of a list being number 0.
+    /// Places count from zero, with and without a text.
     #[test]
-    fn places_of_trees_without_a_text_are_paths() {
-        let place = |path: &str, key: &str| Place { origin: None, path: path.into(), key: key.into() }.to_string();
-        assert_eq!(place("star.3", "temperature"), "star[2].temperature");
-        assert_eq!(place("dust.phase", "g"), "dust.phase.g");
-        assert_eq!(place("", "bands"), "bands");
+    fn places_are_paths() {
+        let place = |path: &str, key: &str| Place { origin: None, path: path.into(), key: key.into() };
+        assert_eq!(place("star[2]", "temperature").to_string(), "star[2].temperature");
+        assert_eq!(place("dust.phase", "g").to_string(), "dust.phase.g");
+        assert_eq!(place("", "bands").to_string(), "bands");
         let origin = Some(Origin { source: "a.toml".into(), line: 7 });
-        assert_eq!(Place { origin: origin.clone(), path: "star.3".into(), key: "x".into() }.to_string(), "a.toml:7, [star.3] x");
-        assert_eq!(Place { origin, path: String::new(), key: "bands".into() }.to_string(), "a.toml:7, bands");
+        assert_eq!(Place { origin: origin.clone(), ..place("star[2]", "x") }.to_string(), "a.toml:7, star[2].x");
+        assert_eq!(Place { origin, ..place("", "bands") }.to_string(), "a.toml:7, bands");
     }
 }

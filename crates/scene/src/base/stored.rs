@@ -58,7 +58,7 @@ impl Stored for Half {
 pub fn too_small(largest: f64) -> Option<String> {
     (largest > 0.0 && largest < f64::from(f32::MIN_POSITIVE)).then(|| {
         format!(
-            "its values are at most {largest:e} by unit and factor, which single precision does not hold: choose another unit, and the scale of dust or gas for it"
+            "its values reach {largest:e} after unit and factor, which exceeds single precision; use another unit, and adjust the scale of dust or gas"
         )
     })
 }

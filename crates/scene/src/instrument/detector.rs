@@ -56,7 +56,6 @@ const COUNTABLE: f64 = 1e12;
 
 impl Detector {
     pub(super) fn check(&self) -> Result<()> {
-        let not_negative = "a number from 0 to 1e9";
         for (what, value) in [
             ("dark current of a detector", self.dark_current),
             ("read noise of a detector", self.read_noise),
@@ -64,30 +63,34 @@ impl Detector {
             ("cosmic rays of a detector", self.cosmic_rays),
         ] {
             if !(0.0..=1e9).contains(&value) {
-                return Err(Error::value(what, value, not_negative));
+                return Err(Error::out_of_range(what, value, "between 0 and 1e9"));
             }
         }
         for (what, value) in
             [("gain of a detector", self.gain), ("full well of a detector", self.full_well), ("pixel size of a detector", self.pixel_um)]
         {
             if value.is_nan() || value <= 0.0 {
-                return Err(Error::value(what, value, "a number above zero"));
+                return Err(Error::out_of_range(what, value, "above zero"));
             }
         }
         if !(1..=16).contains(&self.bits) {
-            return Err(Error::value("bits of a detector", self.bits, "a number from 1 to 16"));
+            return Err(Error::out_of_range("bits of a detector", self.bits, "between 1 and 16"));
         }
         // Below a count of zero there is none: what reading takes away would be lost, and the mean be too large.
         if self.bias < self.least_bias() {
-            let wanted = format!("{} ADU or more, so that reading an empty pixel seldom ends below zero", self.least_bias());
-            return Err(Error::value("bias of a detector", self.bias, wanted));
+            let allowed = format!("at least {} ADU, so that read noise rarely gives negative counts", self.least_bias());
+            return Err(Error::out_of_range("bias of a detector", self.bias, allowed));
         }
         if self.full_well <= LEAST_WELL * self.read_noise {
-            return Err(Error::value("full well of a detector", self.full_well, "several times what reading a pixel scatters by"));
+            return Err(Error::out_of_range(
+                "full well of a detector",
+                self.full_well,
+                format!("more than {LEAST_WELL} times the read noise"),
+            ));
         }
         if self.bias >= f64::from(self.largest()) {
-            let wanted = format!("below the largest count of its bits, {}", self.largest());
-            return Err(Error::value("bias of a detector", self.bias, wanted));
+            let allowed = format!("below the largest count of its bits, {}", self.largest());
+            return Err(Error::out_of_range("bias of a detector", self.bias, allowed));
         }
         Ok(())
     }

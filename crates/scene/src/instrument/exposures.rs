@@ -196,19 +196,19 @@ impl Exposures {
         let numbers = [
             ("GAIN", detector.gain, "[e/adu]"),
             ("EGAIN", detector.gain, "[e/adu]"),
-            ("FOCALLEN", 1e-3 * detector.pixel_um / self.pixels.edge_rad, "[mm] by which a pixel sees its angle"),
-            ("RDNOISE", detector.read_noise, "[e] standard deviation of a reading"),
+            ("FOCALLEN", 1e-3 * detector.pixel_um / self.pixels.edge_rad, "[mm] from pixel size and pixel angle"),
+            ("RDNOISE", detector.read_noise, "[e] read noise"),
             ("DARKCUR", detector.dark_current, "[e/s] of a pixel"),
-            ("BIASLVL", detector.bias, "[adu] count of an empty pixel"),
-            ("SATURATE", f64::from(detector.saturation()), "[adu] count of a full pixel"),
+            ("BIASLVL", detector.bias, "[adu] counts of an empty pixel"),
+            ("SATURATE", f64::from(detector.saturation()), "[adu] counts of a full pixel"),
         ];
         keywords.extend(numbers.into_iter().filter_map(|(name, value, comment)| keywords::number(name, value, comment)));
         keywords.push(keywords::text("IMAGETYP", "Light Frame", ""));
         keywords.push(keywords::text("TELESCOP", self.instrument.name.clone(), ""));
         keywords.push(keywords::integer("FRAME", number + 1, "number of the frame"));
         if let Some(pattern) = self.pattern() {
-            keywords.push(keywords::text("BAYERPAT", pattern, "colours of two by two pixels, upper left first"));
-            keywords.push(keywords::text("ROWORDER", "BOTTOM-UP", "the pattern is of the picture as it is seen"));
+            keywords.push(keywords::text("BAYERPAT", pattern, "colours of 2 x 2 pixels, upper left first"));
+            keywords.push(keywords::text("ROWORDER", "BOTTOM-UP", "pattern starts at the top of the displayed image"));
         }
         Frame { number, begun_s: number as f64 * self.instrument.exposure_s, planes, counts, keywords, header: self.header.clone() }
     }
@@ -233,7 +233,7 @@ impl Exposures {
         let numbers = [
             ("EXPTIME", instrument.exposure_s * frames as f64, "[s] of all frames together"),
             ("APTDIA", instrument.aperture_m * 1e3, "[mm] diameter of the aperture"),
-            ("APTAREA", instrument.area_m2() * 1e6, "[mm2] area that collects light"),
+            ("APTAREA", instrument.area_m2() * 1e6, "[mm2] collecting area"),
             ("PIXSCALE", arcsec, "[arcsec] angle of a pixel"),
             ("XPIXSZ", detector.pixel_um, "[um] edge of a pixel"),
             ("YPIXSZ", detector.pixel_um, "[um] edge of a pixel"),

@@ -37,12 +37,8 @@ impl Instrument {
             [first, .., last] if own.len() > 8 => format!("{first} to {last} and {} more", own.len() - 2),
             all => all.join(", "),
         };
-        let said = format!("{} for {}", foreign.name(), self.name);
-        Err(Error::value(
-            "filter of an instrument",
-            said,
-            format!("one of its own ({shown}), another instrument, or allow_foreign_filters = true"),
-        ))
+        let problem = format!("{} is not a filter of {}", foreign.name(), self.name);
+        Err(Error::conflict(problem, format!("use its own ({shown}), another instrument, or allow_foreign_filters = true")))
     }
 }
 

@@ -23,14 +23,17 @@ impl Pixels {
     /// # Errors
     /// Where it is not flat, has views of its own, or a size that is no angle.
     pub(super) fn of(image: &Image) -> Result<Self> {
-        let wanted = "a picture by a camera of kind \"perspective\", or \"orthographic\" with the distance in [observation]";
+        let unsupported = |feature: &str| {
+            let alternative = "use a camera of kind \"perspective\", or \"orthographic\" with a distance in [observation]";
+            Err(Error::unsupported(feature, "an instrument", alternative))
+        };
         let (edge_rad, is_parallel) = match (image.pixel, image.observation.and_then(|observation| observation.distance_pc)) {
             (Some(PixelScale::Angle(degrees)), _) => (degrees.to_radians(), false),
             (Some(PixelScale::Length(pc)), Some(distance)) => (pc / distance, true),
-            _ => return Err(Error::value("picture for an instrument", "one whose pixels have no angle in a plane", wanted)),
+            _ => return unsupported("a picture without a pixel angle in a plane"),
         };
         if image.views != (1, 1) {
-            return Err(Error::value("picture for an instrument", "one of several views", wanted));
+            return unsupported("a picture of several views");
         }
         Ok(Self { size: [image.width, image.height], edge_rad, axis: image.axis, is_parallel })
     }
@@ -85,32 +88,30 @@ impl Layout {
         if edge < 1.0 - SAME {
             let (own, wanted) = (instrument.pixel_rad.unwrap_or_default(), (image.width as f64 / edge).ceil());
             let arcsec = |angle: f64| spectra::units::short((angle.to_degrees() * 3600e4).round() / 1e4);
-            return Err(Error::value(
-                "pixel scale of an instrument",
-                format!("{} arcsec, finer than the picture's pixels of {} arcsec", arcsec(own), arcsec(below.edge_rad)),
-                format!("what it tells; take {wanted} pixels or more along a row of the camera, a narrower view, or a larger pixel_scale"),
-            ));
+            let problem = format!(
+                "the instrument's pixels of {} arcsec are finer than the picture's of {} arcsec",
+                arcsec(own),
+                arcsec(below.edge_rad)
+            );
+            let remedy = format!("render at least {wanted} pixels per row, narrow the field of view, or increase pixel_scale");
+            return Err(Error::conflict(problem, remedy));
         }
         let (pixels, squares) = below.rebinned(edge.max(1.0));
         if pixels.count() == 0 {
-            return Err(Error::value("pixel scale of an instrument", "wider than the picture", "an angle that it holds more than once"));
+            return Err(Error::conflict(
+                "the instrument's pixels are wider than the picture",
+                "decrease pixel_scale, or widen the field of view",
+            ));
         }
         let mosaic = instrument.detector.mosaic.as_ref().map(|names| mosaic_of(names, bands)).transpose()?;
         if mosaic.is_some() && pixels.size.contains(&1) {
-            return Err(Error::value(
-                "mosaic of a detector",
-                format!("{} x {} pixels", pixels.size[0], pixels.size[1]),
-                "one of two by two or more",
-            ));
+            let found = format!("{} x {} pixels", pixels.size[0], pixels.size[1]);
+            return Err(Error::mismatch("mosaic of a detector", "2 x 2 pixels or more", found));
         }
         let charges = instrument.detector.charges(pixels.count(), instrument.exposure_s) * instrument.frames as f64;
         if charges > MOST_CHARGES {
-            let said = format!("{charges:.0e} pixels hit in all frames");
-            return Err(Error::value(
-                "cosmic rays of a detector",
-                said,
-                format!("at most {MOST_CHARGES:.0e}; take fewer frames, or cosmic_rays = \"0 /cm2/s\""),
-            ));
+            let problem = format!("cosmic rays hit {charges:.0e} pixels in all frames, at most {MOST_CHARGES:.0e} are supported");
+            return Err(Error::conflict(problem, "use fewer frames, or cosmic_rays = \"0 /cm2/s\""));
         }
         Ok(Self { below, pixels, squares, mosaic })
     }
@@ -123,17 +124,14 @@ fn mosaic_of(names: &[String; 4], bands: &[Passband]) -> Result<[usize; 4]> {
         let found = bands.iter().position(|band| band.name() == name);
         *own = found.ok_or_else(|| {
             let known: Vec<&str> = bands.iter().map(Passband::name).collect();
-            Error::value(
-                "mosaic of a detector",
-                format!("\"{name}\""),
-                format!("a passband of the scene ({}), or no mosaic", known.join(", ")),
-            )
+            let problem = format!("the mosaic names \"{name}\", which is not a passband of the scene ({})", known.join(", "));
+            Error::conflict(problem, "name one of these, or remove the mosaic")
         })?;
     }
     match (0..bands.len()).find(|band| !square.contains(band)) {
         Some(unseen) => {
-            let said = format!("without {}, a passband of the scene", bands[unseen].name());
-            Err(Error::value("mosaic of a detector", said, "one that names all passbands; render the others for themselves"))
+            let problem = format!("the mosaic does not name passband {} of the scene", bands[unseen].name());
+            Err(Error::conflict(problem, "name all passbands, or render the others separately"))
         }
         None => Ok(square),
     }

@@ -125,11 +125,7 @@ impl Exposures {
         image.samples = Samples::Single(samples);
         image.layers = vec![Layer { name: "mask".into(), content: LayerContent::Mask, samples: Samples::Single(mask) }];
         image.keywords.extend(self.keywords(self.instrument.frames));
-        image.keywords.push(keywords::text(
-            "SKYSUB",
-            if self.instrument.subtract_sky { "yes" } else { "no" },
-            "whether the sky's mean is taken away",
-        ));
+        image.keywords.push(keywords::text("SKYSUB", if self.instrument.subtract_sky { "yes" } else { "no" }, "mean sky is subtracted"));
         Ok(image)
     }
 

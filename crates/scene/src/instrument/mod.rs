@@ -50,7 +50,17 @@ pub use sky::{Brightness, Sky};
 
 use crate::error::{Error, Result};
 
-/// A telescope with a detector, and how long it looks.
+/// Telescope, atmosphere, detector and exposure.
+///
+/// # Examples
+/// ```
+/// use barnard_scene::instrument::{Instrument, preset};
+///
+/// let hubble = Instrument { exposure_s: 600.0, frames: 4, ..preset("hst-wfc3-uvis")? };
+/// hubble.check()?;
+/// assert!(hubble.area_m2() > 4.0);
+/// # Ok::<(), barnard_scene::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instrument {
     /// Name in headers.
@@ -162,17 +172,21 @@ impl Instrument {
         ];
         for (what, value, above, most, wanted) in numbers {
             if !(value > above && value <= most && value.is_finite()) {
-                return Err(Error::value(what, value, wanted));
+                return Err(Error::out_of_range(what, value, wanted));
             }
         }
         if !(0.0..1.0).contains(&self.obstruction) {
-            return Err(Error::value("obstruction of an instrument", self.obstruction, "a part of the aperture, from 0 to below 1"));
+            return Err(Error::out_of_range(
+                "obstruction of an instrument",
+                self.obstruction,
+                "a fraction of the aperture, at least 0 and below 1",
+            ));
         }
         if !(self.throughput > 0.0 && self.throughput <= 1.0) {
-            return Err(Error::value("throughput of an instrument", self.throughput, "a part of the light, above 0 and up to 1"));
+            return Err(Error::out_of_range("throughput of an instrument", self.throughput, "a fraction above 0 and up to 1"));
         }
         if !(1..=MAX_FRAMES).contains(&self.frames) {
-            return Err(Error::value("frames of an instrument", self.frames, format!("a number from 1 to {MAX_FRAMES}")));
+            return Err(Error::out_of_range("frames of an instrument", self.frames, format!("between 1 and {MAX_FRAMES}")));
         }
         self.sky.check()?;
         self.detector.check()
@@ -213,7 +227,7 @@ mod tests {
             (Instrument { pixel_rad: Some(-1.0), ..plain() }, "pixel scale"),
             (Instrument { detector: Detector { gain: 0.0, ..detector.clone() }, ..plain() }, "gain"),
             (Instrument { detector: Detector { read_noise: -1.0, ..detector.clone() }, ..plain() }, "read noise"),
-            (Instrument { detector: Detector { read_noise: 5.0, ..detector.clone() }, ..plain() }, "30 ADU or more"),
+            (Instrument { detector: Detector { read_noise: 5.0, ..detector.clone() }, ..plain() }, "at least 30 ADU"),
             (Instrument { detector: Detector { bits: 40, ..detector.clone() }, ..plain() }, "bits"),
             (Instrument { sky: Sky::even(f64::NAN), ..plain() }, "sky"),
         ] {

@@ -32,8 +32,8 @@ const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "refractor-0.2m-duo",
-        summary: "an amateur's refractor of 0.2 m, f/8, a colour sensor (Sony IMX571) and a filter of [O III] and H-alpha, 3 nm each; bands = \"hoo-3nm\"",
-        source: "sensor: ZWO, ASI2600MC Pro at gain 0 (0.76 e/ADU, 50 ke, 3.3 e, 3.76 um, dark at 0 C); taken to be: 3 arcsec seeing, 0.6 of all light \
+        summary: "amateur refractor, 0.2 m, f/8, with a colour sensor (Sony IMX571) and a filter of [O III] and H-alpha, 3 nm each; bands = \"hoo-3nm\"",
+        source: "sensor: ZWO, ASI2600MC Pro at gain 0 (0.76 e/ADU, 50 ke, 3.3 e, 3.76 um, dark at 0 C); assumed: 3 arcsec seeing, 0.6 of all light \
                  recorded beside the filter, a suburban sky of 20 mag (Vega), red pixels to see H-alpha alone and the others [O III]",
         make: || {
             let mosaic = ["amateur-ha-3nm", "amateur-oiii-3nm", "amateur-oiii-3nm", "amateur-oiii-3nm"].map(str::to_owned);
@@ -63,9 +63,9 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "lco-1m-sinistro",
-        summary: "a telescope of 1 m of Las Cumbres Observatory with a Sinistro camera; passbands of Johnson, Cousins or Bessell",
+        summary: "1 m telescope of Las Cumbres Observatory with a Sinistro camera; passbands of Johnson, Cousins or Bessell",
         source: "camera: lco.global/observatory/instruments/sinistro (0.389 arcsec, 15 um, 7.8 e, 0.002 e/s, 110 ke); sky: Patat 2003, A&A 400, \
-                 1183, Table 4 (dark, zenith; Vega); taken to be: 2 e/ADU, of which 16 bits hold the well, 1.5 arcsec seeing, an obstruction of 0.4, 0.5 of all light recorded at the passband's peak",
+                 1183, Table 4 (dark, zenith; Vega); assumed: 2 e/ADU, of which 16 bits hold the well, 1.5 arcsec seeing, an obstruction of 0.4, 0.5 of all light recorded at the passband's peak",
         make: || Instrument {
             obstruction: 0.4,
             throughput: 0.5,
@@ -106,7 +106,7 @@ pub const PRESETS: &[Preset] = &[
         name: "hst-wfc3-uvis",
         summary: "Hubble, Wide Field Camera 3, UVIS; passbands hst-wfc3-f200lp to f953n",
         source: "WFC3 Instrument Handbook, Table 5.1 (15 um, 0.040 arcsec, 11 e/h, 3.1 e, 1.55 e/DN, 63 to 72 ke); area of the whole mirror, since passbands \
-                 hold its obstruction; sky: average zodiacal light of V = 22.7; taken to be: 1.2 hits of cosmic rays /cm2/s, charge diffusion \
+                 hold its obstruction; sky: average zodiacal light of V = 22.7; assumed: 1.2 hits of cosmic rays /cm2/s, charge diffusion \
                  and jitter of 0.04 arcsec",
         make: || Instrument {
             obstruction: 0.33,
@@ -137,21 +137,21 @@ pub const PRESETS: &[Preset] = &[
         name: "jwst-nircam-short",
         summary: "Webb, NIRCam, short wavelengths: passbands jwst-nircam-f070w to f212n",
         source: "JWST User Documentation, NIRCam Detector Performance (0.031 arcsec, 18 um, 2.05 e/ADU, 15.8 e of a pair of reads, 0.0019 e/s, 105.8 ke); area of \
-                 25.4 m2; sky: zodiacal light of V = 22.7; taken to be: 5 hits of cosmic rays /cm2/s",
+                 25.4 m2; sky: zodiacal light of V = 22.7; assumed: 5 hits of cosmic rays /cm2/s",
         make: || webb(0.031, 2.05, 15.8, 0.0019, 105_800.0, &SHORT),
     },
     Preset {
         name: "jwst-nircam-long",
         summary: "Webb, NIRCam, long wavelengths: passbands jwst-nircam-f250m to f480m",
         source: "JWST User Documentation, NIRCam Detector Performance (0.063 arcsec, 18 um, 1.82 e/ADU, 13.3 e of a pair of reads, 0.034 e/s, 83.3 ke); area of \
-                 25.4 m2; sky: zodiacal light of V = 22.7; taken to be: 5 hits of cosmic rays /cm2/s",
+                 25.4 m2; sky: zodiacal light of V = 22.7; assumed: 5 hits of cosmic rays /cm2/s",
         make: || webb(0.063, 1.82, 13.3, 0.034, 83_300.0, &LONG),
     },
     Preset {
         name: "rubin-lsstcam",
         summary: "Rubin Observatory, LSSTCam: passbands lsst2023-u to y",
         source: "Rubin SMTN-002 (0.2 arcsec, an effective aperture of 6.423 m, 8.8 e, 0.2 e/s); Ivezic et al. 2019, ApJ 873, 111 (mirror 8.4 m, seeing 0.67 arcsec at \
-                 500 nm, sky by band in Table 2; AB), full well 100 ke; taken to be: 1.6 e/ADU",
+                 500 nm, sky by band in Table 2; AB), full well 100 ke; assumed: 1.6 e/ADU",
         make: || Instrument {
             obstruction: 0.61,
             collecting_area_m2: Some(32.40),

@@ -16,6 +16,7 @@ pub struct Sky {
 
 /// Surface brightness of a sky, in magnitudes per square arcsecond.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub enum Brightness {
     /// No light.
     #[default]
@@ -79,7 +80,7 @@ impl Sky {
             Brightness::Dark | Brightness::ByName(_) => &[],
         };
         match magnitudes.iter().find(|m| !RANGE.contains(*m)) {
-            Some(wrong) => Err(Error::value("sky of an instrument", wrong, "a magnitude of a square arcsecond, from -30 to 40")),
+            Some(wrong) => Err(Error::out_of_range("sky of an instrument", wrong, "between -30 and 40 magnitudes per square arcsecond")),
             None => Ok(()),
         }
     }
@@ -97,14 +98,14 @@ impl Sky {
                 [all] => all,
                 _ if magnitudes.len() == count => magnitudes[number],
                 _ => {
-                    let found = format!("{} magnitudes for {count} passbands", magnitudes.len());
-                    return Err(Error::value("sky of an instrument", found, "one magnitude for all passbands, or one for each"));
+                    let expected = format!("one magnitude for all passbands, or {count}, one for each");
+                    return Err(Error::mismatch("sky of an instrument", expected, magnitudes.len()));
                 }
             },
         };
         match self.system.of(band, None)? {
             InUnit::Magnitudes { zero } => Ok(zero * 10f64.powf(-0.4 * magnitude)),
-            InUnit::Times(_) => Err(Error::value("sky of an instrument", "no magnitudes", "one of the systems AB, ST or Vega")),
+            InUnit::Times(_) => Err(Error::mismatch("sky of an instrument", "magnitudes in AB, ST or Vega", "another unit")),
         }
     }
 }

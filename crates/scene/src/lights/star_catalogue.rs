@@ -69,6 +69,7 @@ pub struct PlacedCatalogue {
 
 /// Orientation of the sky around a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum SkyAxes {
     /// As whoever looks has it: directions of the sky, ICRS, ahead in the middle of the picture, to its right and upwards.
     OfPicture([DVec3; 3]),
@@ -238,7 +239,7 @@ impl StarCatalogue {
     pub(crate) fn note(&self) -> String {
         let beyond = match self.beyond {
             0 => String::new(),
-            some => format!("; {some} have colours beyond those of black bodies of {COOLEST} to {HOTTEST} K, and were given the nearest"),
+            some => format!("; {some} have colours outside of black bodies of {COOLEST} to {HOTTEST} K and use the nearest"),
         };
         format!("{} stars of {}{beyond}", self.stars.len(), self.label)
     }

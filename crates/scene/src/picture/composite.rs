@@ -9,7 +9,7 @@ fn check_alike(a: &Image, b: &Image) -> Result<()> {
     if (a.width, a.height, a.bands.len()) == (b.width, b.height, b.bands.len()) {
         return Ok(());
     }
-    Err(Error::value("images that are to be one", "of different sizes or bands", "alike; neither can change from moment to moment"))
+    Err(Error::conflict("images to combine differ in size or bands", "keep both constant over the exposure"))
 }
 
 /// The images of the left and the right eye as one, which says of itself what the left one does.
@@ -82,7 +82,7 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
                 .filter(|keyword| keyword.name == name)
                 .for_each(|keyword| keyword.value = keywords::Value::Number(value));
         }
-        own.keywords.push(keywords::text("EYE", if is_right { "right" } else { "left" }, "which of two eyes it is"));
+        own.keywords.push(keywords::text("EYE", if is_right { "right" } else { "left" }, "eye of the image"));
         own
     })
 }

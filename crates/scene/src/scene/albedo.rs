@@ -14,6 +14,7 @@ use crate::properties::{Key, Kind, Section, build_kind};
 
 /// The part of extinction that is scattering, ω(λ) \[1\].
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum Albedo {
     /// An albedo that is the same at every wavelength.
     Constant(f64),
@@ -82,7 +83,7 @@ impl Albedo {
     pub fn note(&self, law: &str) -> Option<(String, String)> {
         match self {
             Albedo::Grains { model, .. } if *model != law => {
-                Some(("albedo".into(), format!("that of {model}: none is said, and law {law} is extinction alone")))
+                Some(("albedo".into(), format!("that of {model}, because none is given and law {law} defines extinction only")))
             }
             _ => None,
         }
@@ -92,18 +93,19 @@ impl Albedo {
     pub(super) fn check(&self, law: &str) -> Result<()> {
         let sound = |v: &f64| (0.0..=1.0).contains(v);
         let wrong = match self {
-            Albedo::Linear { slope, .. } if !slope.is_finite() => return Err(Error::value("slope of the albedo", slope, "a number")),
+            Albedo::Linear { slope, .. } if !slope.is_finite() => return Err(Error::out_of_range("slope of the albedo", slope, "finite")),
             Albedo::Linear { at_um, .. } if !(*at_um > 0.0 && at_um.is_finite()) => {
-                return Err(Error::value("wavelength of the albedo", format!("{at_um} um"), "above zero"));
+                return Err(Error::out_of_range("wavelength of the albedo", format!("{at_um} um"), "finite and above zero"));
             }
             Albedo::Constant(value) | Albedo::Linear { value, .. } => Some(value).filter(|v| !sound(v)),
             Albedo::Table(table) | Albedo::Grains { albedo: table, .. } => table.y().iter().find(|v| !sound(v)),
             Albedo::Unknown => {
-                let wanted = format!("known: law \"{law}\" brings no albedo; say one such as 0.6, or choose a law such as draine03_rv31");
-                return Err(Error::value("albedo", "it", wanted));
+                let remedy =
+                    format!("extinction law \"{law}\" does not define one; set a value such as 0.6, or use a law such as draine03_rv31");
+                return Err(Error::missing("albedo", remedy));
             }
         };
-        wrong.map_or(Ok(()), |v| Err(Error::value("albedo", v, "between 0 and 1")))
+        wrong.map_or(Ok(()), |v| Err(Error::out_of_range("albedo", v, "between 0 and 1")))
     }
 }
 
@@ -111,17 +113,17 @@ impl Albedo {
 pub(super) const KINDS: &[Kind<Albedo>] = &[
     Kind {
         name: "constant",
-        summary: "the same at every wavelength; albedo = 0.6 is short for it",
+        summary: "the same at every wavelength; short form: albedo = 0.6",
         keys: &[Key::required("value", "number", "0 to 1")],
         build: |section, _| Ok(Albedo::Constant(need_number(section, "value")?)),
     },
     Kind {
         name: "linear",
-        summary: "value + slope (lambda - at)/100 nm, cut to 0 to 1",
+        summary: "value + slope (lambda - at)/100 nm, clipped to 0 to 1",
         keys: &[
             Key::required("value", "number", "albedo at the wavelength `at`, 0 to 1"),
             Key::optional("slope", "number", "0", "change per 100 nm"),
-            Key::optional("at", "wavelength", "550 nm", "where the value holds"),
+            Key::optional("at", "wavelength", "550 nm", "wavelength of the value"),
         ],
         build: |section, _| {
             Ok(Albedo::Linear {
@@ -155,7 +157,7 @@ pub(super) fn build(dust: &Section, inputs: &Inputs, extinction: &Extinction) ->
     if !dust.has("albedo") {
         return match Albedo::of_law(extinction) {
             Albedo::Unknown => {
-                let message = "brings no albedo: write albedo = 0.6, or choose a law such as draine03_rv31";
+                let message = "does not define an albedo; write albedo = 0.6, or use a law such as draine03_rv31";
                 Err(dust.error("albedo", format!("law \"{}\" {message}", extinction.name)))
             }
             own => Ok(own),
@@ -166,6 +168,6 @@ pub(super) fn build(dust: &Section, inputs: &Inputs, extinction: &Extinction) ->
     }
     match dust.table("albedo") {
         Ok(Some(section)) => build_kind("albedo", KINDS, &section, inputs),
-        _ => Err(dust.error("albedo", "an albedo is a number from 0 to 1, or a table with a kind")),
+        _ => Err(dust.error("albedo", "a number from 0 to 1, or a table with a kind")),
     }
 }

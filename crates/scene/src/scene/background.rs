@@ -52,7 +52,7 @@ impl Background {
     /// Refuses numbers that no sky has.
     pub(super) fn check(&self) -> Result<()> {
         if self.spectrum.as_ref().is_some_and(|s| !s.is_light()) {
-            return Err(Error::value("background", "its spectrum", "one of finite numbers that are not negative"));
+            return Err(Error::out_of_range("spectrum of the background", "negative or not finite", "finite and at least zero"));
         }
         self.star_field.as_ref().map_or(Ok(()), StarField::check)
     }
@@ -83,11 +83,11 @@ impl StarField {
     fn check(&self) -> Result<()> {
         let (bright, faint) = self.magnitudes;
         if !(self.density_per_sr > 0.0 && self.density_per_sr.is_finite()) {
-            return Err(Error::value("density of field stars", self.density_per_sr, "a number of stars above zero"));
+            return Err(Error::out_of_range("density of field stars", self.density_per_sr, "finite and above zero"));
         }
         if !(MAGNITUDES.contains(&bright) && MAGNITUDES.contains(&faint) && bright < faint) {
-            let said = format!("{bright} to {faint}");
-            return Err(Error::value("magnitudes of field stars", said, "the brightest and a fainter one, -30 to 40"));
+            let value = format!("{bright} to {faint}");
+            return Err(Error::out_of_range("magnitude range of field stars", value, "from brighter to fainter, within -30 to 40"));
         }
         Ok(())
     }
@@ -96,14 +96,14 @@ impl StarField {
 /// Keys of an even background beside those of its spectrum.
 pub(super) const UNIFORM_KEYS: &[Key] = &[
     Key::required("radiance", "spectral radiance", "at `wavelength`"),
-    Key::optional("wavelength", "wavelength", "550 nm", "where the radiance holds"),
-    Key::optional("stars", "table", "none", "a field of stars as well"),
-    Key::optional("catalogue", "table", "none", "stars of a CSV as well, where they are on the sky"),
+    Key::optional("wavelength", "wavelength", "550 nm", "wavelength of the radiance"),
+    Key::optional("stars", "table", "none", "a field of stars"),
+    Key::optional("catalogue", "table", "none", "stars of a CSV at their sky positions"),
 ];
 
 /// The keys of `[background.stars]`.
 pub(super) const STAR_KEYS: &[Key] = &[
-    Key::optional("seed", "integer", "1", "number of the field"),
+    Key::optional("seed", "integer", "1", "seed of the random field"),
     Key::optional("density", "density on the sky", "2000 /deg2", "stars per solid angle"),
     Key::optional("brightest", "number", "8", "V magnitude (Vega) of the brightest"),
     Key::optional("faintest", "number", "18", "V magnitude (Vega) of the faintest; counts grow as 10^(0.4 m)"),
@@ -132,7 +132,7 @@ fn star_field(section: &Section) -> Result<StarField> {
     let magnitude = |key, otherwise| section.number(key, MAGNITUDES).map(|m| m.unwrap_or(otherwise));
     let magnitudes = (magnitude("brightest", plain.magnitudes.0)?, magnitude("faintest", plain.magnitudes.1)?);
     if magnitudes.0 >= magnitudes.1 {
-        return Err(section.error("faintest", "faintest must be a larger magnitude than brightest"));
+        return Err(section.error("faintest", "faintest must be larger than brightest"));
     }
     Ok(StarField {
         seed: section.integer("seed", 0..=i64::MAX)?.map_or(plain.seed, |n| n as u64),

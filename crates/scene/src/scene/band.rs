@@ -22,7 +22,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
     Kind {
         name: "catalogue",
         summary: "an embedded passband",
-        keys: &[Key::required("passband", "text", "such as \"hst-wfc3-f656n\", of the catalogue `passbands`").of("passbands")],
+        keys: &[Key::required("passband", "text", "name in the catalogue `passbands`, such as \"hst-wfc3-f656n\"").of("passbands")],
         build: |section, _| {
             let band = section.wrap("passband", Passband::named(section.need_text("passband")?))?;
             Ok(Box::new(move |name, _| Ok(band.renamed(name))))
@@ -40,7 +40,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
             if brightest > MAX_THROUGHPUT {
                 return Err(section.error(
                     "file",
-                    format!("{file} reaches a throughput of {brightest:.4}; a passband lies between 0 and 1 (percent? divide by 100)"),
+                    format!("{file} reaches a throughput of {brightest:.4}; throughputs must be between 0 and 1 (divide percent by 100)"),
                 ));
             }
             // A file that says what its detector counts decides where the scene says nothing.
@@ -51,7 +51,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
     },
     Kind {
         name: "points",
-        summary: "straight lines between points; zero outside of them",
+        summary: "piecewise linear; zero outside",
         keys: &[
             Key::required("nm", "list of numbers", "wavelengths of the points, ascending [nm]"),
             Key::required("throughput", "list of numbers", "throughput at the points, 0 to 1"),
@@ -60,12 +60,15 @@ pub(super) const KINDS: &[Kind<Named>] = &[
             let nm = section.need_numbers("nm", "[400, 500, 600]")?;
             let throughput = section.need_numbers("throughput", "[0, 1, 0]")?;
             if nm.len() != throughput.len() || nm.len() < 2 {
-                let message =
-                    format!("{} wavelengths and {} throughputs; a curve has as many of both, two at least", nm.len(), throughput.len());
+                let message = format!(
+                    "{} wavelengths and {} throughputs; a curve needs two or more of each, in equal number",
+                    nm.len(),
+                    throughput.len()
+                );
                 return Err(section.error("throughput", message));
             }
             if let Some(wrong) = throughput.iter().find(|t| !(0.0..=1.0).contains(*t)) {
-                return Err(section.error("throughput", format!("a throughput of {wrong} cannot be; it lies between 0 and 1")));
+                return Err(section.error("throughput", format!("a throughput of {wrong} is out of range; it must be between 0 and 1")));
             }
             let table = section.wrap("nm", Table::new("points", nm.iter().map(|v| v * 1e-3).collect(), throughput))?;
             Ok(Box::new(move |name, counting| Passband::new(name, counting, table)))
@@ -73,25 +76,25 @@ pub(super) const KINDS: &[Kind<Named>] = &[
     },
     Kind {
         name: "top_hat",
-        summary: "one within centre +- width/2",
+        summary: "1 within centre +- width/2",
         keys: &[CENTRE, Key::required("width", "wavelength", "its full width")],
         build: |section, _| analytic(Window::TopHat { centre: section.need("centre")?, width: section.need_positive("width")? }),
     },
     Kind {
         name: "gaussian",
-        summary: "a Gaussian, cut at 2.5 FWHM",
-        keys: &[CENTRE, Key::required("fwhm", "wavelength", "its full width at half maximum")],
+        summary: "a Gaussian, truncated at 2.5 FWHM",
+        keys: &[CENTRE, Key::required("fwhm", "wavelength", "full width at half maximum")],
         build: |section, _| analytic(Window::Gaussian { centre: section.need("centre")?, fwhm: section.need_positive("fwhm")? }),
     },
     Kind {
         name: "cos2",
         summary: "cos2(pi (lambda - centre)/(2 half_width))",
-        keys: &[CENTRE, Key::required("half_width", "wavelength", "where it reaches zero on both sides")],
+        keys: &[CENTRE, Key::required("half_width", "wavelength", "distance of its zeros from the centre")],
         build: |section, _| analytic(Window::Cos2 { centre: section.need("centre")?, half_width: section.need_positive("half_width")? }),
     },
     Kind {
         name: "polynomial",
-        summary: "sum of c_i lambda^i with lambda in um, cut at zero",
+        summary: "sum of c_i lambda^i with lambda in um, clipped at zero",
         keys: &[
             Key::required("coefficients", "list of numbers", "c_0, c_1, ..."),
             Key::required("low", "wavelength", "lower end"),
@@ -113,12 +116,12 @@ const MAX_THROUGHPUT: f64 = 2.0;
 
 /// The keys that every band takes.
 pub(super) const KEYS: &[Key] = &[
-    Key::required("name", "text", "its name in the output"),
+    Key::required("name", "text", "name in the output"),
     Key::optional(
         "counting",
         "text",
         "energy",
-        "what the detector counts: energy (R = T), or photon (R = T lambda/lambda_pivot); embedded passbands know",
+        "detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it",
     ),
 ];
 
@@ -134,10 +137,7 @@ pub(super) fn build(root: &Section, inputs: &Inputs) -> Result<Vec<Passband>> {
         let counting = section.wrap("counting", Counting::named(section.choice("counting", &["energy", "photon"])?.unwrap_or("energy")))?;
         let name = section.need_text("name")?;
         if name.chars().count() > LONGEST_NAME {
-            let message = format!(
-                "a name has at most {LONGEST_NAME} characters, which is what files can hold; this one has {}",
-                name.chars().count()
-            );
+            let message = format!("the name has {} characters; files support at most {LONGEST_NAME}", name.chars().count());
             return Err(section.error("name", message));
         }
         bands.push(section.wrap("kind", make(name, counting))?);

@@ -17,24 +17,24 @@ use crate::properties::{Key, Origin, Place, Section};
 use crate::star_catalogue::{Builder, Colour, Photometry, PlacedCatalogue, SkyAxes, StarCatalogue};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::required("file", "path", "the CSV: a line of column names, then a star in each row"),
+    Key::required("file", "path", "CSV file with a header and one star per row"),
     Key::optional(
         "axes",
         "text",
         "observation",
-        "observation: the sky lies as [observation] says of every picture, from wherever it is taken; icrs or galactic: x, y and z of the scene are those of the sky",
+        "orientation of the sky. observation: as [observation] places each image, for any camera position; icrs or galactic: the scene's axes are those of the sky",
     ),
-    Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband, for a column `magnitude`").of("passbands"),
-    Key::optional("magnitude_system", "text", "vega; required for passbands whose magnitudes are not", "vega or ab"),
-    Key::optional("temperature", "temperature", "5800 K", "of stars of which neither type nor temperature nor a second magnitude is known"),
+    Key::optional("magnitude_band", "text", "johnson-V", "embedded passband of a column `magnitude`").of("passbands"),
+    Key::optional("magnitude_system", "text", "vega; required for passbands without conventional Vega magnitudes", "vega or ab"),
+    Key::optional("temperature", "temperature", "5800 K", "temperature of stars without type, temperature or second magnitude"),
     Key::optional(
         "epoch",
         "number",
         "that of the catalogue",
-        "the year to which stars are moved by their proper motions, columns pmra and pmdec in mas/yr, such as 2026.5",
+        "year to which proper motions (columns pmra and pmdec, mas/yr) are applied, such as 2026.5",
     ),
-    Key::optional("catalogue_epoch", "number", "column ref_epoch; 2000 for HYG", "the year of the positions, where epoch is given"),
-    Key::optional("faintest", "number", "none", "stars of larger magnitudes are left out"),
+    Key::optional("catalogue_epoch", "number", "column ref_epoch; 2000 for HYG", "year of the positions, with epoch"),
+    Key::optional("faintest", "number", "none", "limiting magnitude; fainter stars are skipped"),
 ];
 
 /// Most stars of a catalogue.
@@ -136,7 +136,7 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
     if epoch.is_none() {
         section.refuse(&["catalogue_epoch"], "epoch")?;
     } else if columns.frame != SkyFrame::Icrs {
-        return Err(section.error("epoch", "needs right ascensions and declinations; leave it out"));
+        return Err(section.error("epoch", "requires right ascensions and declinations; remove it"));
     }
     let from = stated.or(columns.is_hyg.then_some(EPOCH_OF_HYG));
     let motion = epoch.map(|epoch| Motion::new(&table, epoch, from)).transpose();
@@ -159,7 +159,7 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
         let [first, second] = columns.magnitudes.map(cell);
         let magnitude = |text: &str| {
             let number = text.parse::<f64>().ok().filter(|m| (-30.0..=40.0).contains(m));
-            number.ok_or_else(|| wrong(format!("\"{text}\" is no magnitude; a number from -30 to 40 is one")))
+            number.ok_or_else(|| wrong(format!("\"{text}\" is not a magnitude; write a number from -30 to 40")))
         };
         // Catalogues have rows without a magnitude.
         if first.is_empty() {
@@ -187,14 +187,16 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
                 types.push(kind.to_owned());
             }
             if types.len() > MAX_TYPES {
-                return Err(wrong(format!("more than {MAX_TYPES} types of stars; give temperatures or a second magnitude")));
+                return Err(wrong(format!(
+                    "the catalogue has more than {MAX_TYPES} spectral types; use temperatures or a second magnitude"
+                )));
             }
             Colour::Type(shape, kind.to_owned())
         } else if !kelvin.is_empty() {
             let number = kelvin.parse::<f64>().ok().map(|number| Temperature(number * columns.kelvin.unwrap_or(1.0)));
             let temperature = number.map_or_else(|| Temperature::parse(kelvin), Ok).map_err(|error| wrong(error.to_string()))?;
             if temperature.0.is_nan() || temperature.0 <= 0.0 {
-                return Err(wrong(format!("{temperature} is no temperature of a star")));
+                return Err(wrong(format!("{temperature} is out of range for a star")));
             }
             Colour::Temperature(temperature.0)
         } else if !second.is_empty() {
@@ -205,7 +207,7 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
         };
         let number = |column: usize| match cell(Some(column)) {
             "" => Ok(None),
-            text => text.parse().map(Some).map_err(|_| format!("\"{text}\" in column \"{}\" is no number", table.columns[column])),
+            text => text.parse().map(Some).map_err(|_| format!("\"{text}\" in column \"{}\" is not a number", table.columns[column])),
         };
         let direction = motion.as_ref().map_or(Ok(place.direction()), |motion| motion.direction(&place, number)).map_err(wrong)?;
         builder.add(cell(columns.name).to_owned(), direction, brightness, colour);
@@ -218,8 +220,8 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
     };
     let hyg = if columns.is_hyg { ", recognised as HYG, whose right ascensions are in hours" } else { "" };
     let moved = match &motion {
-        Some(motion) => format!(", moved to {} by their proper motions", motion.to),
-        None if proper_motion::columns(&table).is_some() => "; proper motions are not applied (epoch = 2026.5 applies them)".into(),
+        Some(motion) => format!(", moved to {} by proper motion", motion.to),
+        None if proper_motion::columns(&table).is_some() => "; proper motions are ignored (apply them with epoch = 2026.5)".into(),
         None => String::new(),
     };
     let (count, rows) = (catalogue.stars.len(), table.rows.len());
@@ -245,7 +247,7 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
         let named = table.columns.join(", ");
         let misspelt = |name: &&&str| name.len() < 6 && !["ra", "dec", "glon", "glat"].contains(*name);
         let near = names.iter().filter(misspelt).find_map(|name| nearest(name, ["ra", "dec", "glon", "glat"]).map(|near| (name, near)));
-        let hint = near.map(|(name, near)| format!("; is \"{name}\" meant to be \"{near}\"?")).unwrap_or_default();
+        let hint = near.map(|(name, near)| format!("; did you mean \"{near}\" by \"{name}\"?")).unwrap_or_default();
         wrong(label, table.line, format!("has no columns \"ra\" and \"dec\", or \"glon\" and \"glat\" ({named}){hint}"))
     })?;
     let mut bands: Vec<(usize, Passband)> = Vec::new();
@@ -270,8 +272,8 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
     if bands.is_empty() {
         let survey = names.iter().find(|name| SURVEY_MAGNITUDES.contains(*name));
         let survey = survey
-            .map(|name| format!("; \"{name}\" is a magnitude of several surveys: name the column by its passband, such as \"sdss2010-g\""));
-        let message = "has no column of magnitudes: \"magnitude\", or the name of a passband such as \"johnson-V\" or \"phot_g_mean_mag\"";
+            .map(|name| format!("; \"{name}\" is ambiguous between surveys: rename the column to its passband, such as \"sdss2010-g\""));
+        let message = "has no magnitude column; name one \"magnitude\", or after a passband such as \"johnson-V\" or \"phot_g_mean_mag\"";
         return Err(wrong(label, table.line, message.to_owned() + &survey.unwrap_or_default()));
     }
     let is_hyg = HYG.iter().all(|name| names.contains(name));
@@ -280,10 +282,8 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
         let stated = parted[column].1.or(unit_behind(&parted[column].0).1);
         let Some(unit) = stated else { continue };
         degrees[axis] = degrees_in(unit).ok_or_else(|| {
-            let message = format!(
-                "column \"{}\" is in \"{unit}\", which is no unit of angle; known are deg, h, rad, arcmin and arcsec",
-                table.columns[column]
-            );
+            let message =
+                format!("column \"{}\" has the unknown angle unit \"{unit}\"; known: deg, h, rad, arcmin, arcsec", table.columns[column]);
             wrong(label, table.line, message)
         })?;
     }
@@ -294,14 +294,14 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
             wrong(
                 label,
                 table.line,
-                format!("column \"{}\" is in \"{unit}\", which is no unit of temperature; known are K and kK", table.columns[column]),
+                format!("column \"{}\" has the unknown temperature unit \"{unit}\"; known: K, kK", table.columns[column]),
             )
         })
     });
     if let Some(column) =
         bands.iter().map(|(column, _)| *column).find(|column| parted[*column].1.is_some_and(|unit| !unit.eq_ignore_ascii_case("mag")))
     {
-        let message = format!("column \"{}\" is in no unit of magnitudes; write \"[mag]\" or no unit", table.columns[column]);
+        let message = format!("column \"{}\" has an unknown magnitude unit; write \"[mag]\" or no unit", table.columns[column]);
         return Err(wrong(label, table.line, message));
     }
     let mut bands = bands.into_iter();
@@ -335,7 +335,8 @@ fn refuse_small_longitudes(table: &TextTable, columns: &Columns, label: &Arc<str
         return Ok(());
     }
     let ways: Vec<String> = units.iter().map(|unit| format!("\"{name} [{unit}]\"")).collect();
-    let message = format!("gives \"{name}\" without a unit, and none is above {most:.4}: write {}", ways.join(" or "));
+    let message =
+        format!("has column \"{name}\" without a unit and without values above {most:.4}, which is ambiguous; write {}", ways.join(" or "));
     Err(wrong(label, table.line, message))
 }
 
@@ -345,7 +346,7 @@ pub(super) fn placed(section: &Section, catalogue: Arc<StarCatalogue>, observati
         Some("icrs") => SkyAxes::OfScene(DMat3::IDENTITY),
         Some("galactic") => SkyAxes::OfScene(SkyFrame::Galactic.from_icrs()),
         _ => {
-            let missing = "the sky of a catalogue lies as [observation] says, which is missing; add it, or write axes = \"icrs\"";
+            let missing = "a catalogue requires [observation] to place the sky; add it, or write axes = \"icrs\"";
             SkyAxes::OfPicture(observation.ok_or_else(|| section.error("axes", missing))?.axes())
         }
     };

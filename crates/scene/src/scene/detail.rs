@@ -5,21 +5,16 @@ use crate::error::Result;
 use crate::properties::{Key, Section};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("seed", "integer", "1", "number of the noise"),
-    Key::optional(
-        "octaves",
-        "integer",
-        "4",
-        "octaves of waves from two voxels downwards, 1 to 8; pixels that do not see them cost nothing",
-    ),
-    Key::optional("strength", "number", "1", "factor of the deviations; 0 is none"),
+    Key::optional("seed", "integer", "1", "seed of the noise"),
+    Key::optional("octaves", "integer", "4", "octaves of waves from two voxels downwards, 1 to 8; unresolved octaves cost nothing"),
+    Key::optional("strength", "number", "1", "factor of the deviations; 0 disables detail"),
     Key::optional(
         "deviation",
         "number",
-        "as measured on each grid",
+        "measured on each grid",
         "deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough",
     ),
-    Key::optional("slope", "number", "as measured on each grid", "n of the spectrum k^-n that is continued; 3.667 is Kolmogorov's"),
+    Key::optional("slope", "number", "measured on each grid", "n of the spectrum k^-n; 3.667 is Kolmogorov's"),
 ];
 
 pub(super) fn build(section: &Section) -> Result<Detail> {

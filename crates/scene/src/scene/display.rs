@@ -9,15 +9,15 @@ use crate::image::{Display, Level};
 use crate::properties::{Key, Section, Table};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("palette", "text", "natural, or rgb outside the visible", "which band is shown in which colour").of("palettes"),
-    Key::optional("matrix", "list of numbers", "none", "a palette of one's own: red, green, blue of the first band, then of the next"),
-    Key::optional("balance", "boolean", "false", "each band is first scaled to its own white, as is usual for narrow bands"),
+    Key::optional("palette", "text", "natural, or rgb outside the visible", "assignment of bands to colours").of("palettes"),
+    Key::optional("matrix", "list of numbers", "none", "custom palette: red, green, blue of the first band, then of the next"),
+    Key::optional("balance", "boolean", "false", "scale each band to its own white, as usual for narrow bands"),
     Key::optional("stretch", "text", "asinh", "curve from radiance to brightness").of("stretches"),
     Key::optional("strength", "number", "the stretch's own", "its parameter"),
-    Key::optional("black", "number", "0", "radiance that is black [W m-2 sr-1, or of the balanced band]"),
-    Key::optional("white", "number", "the brightest 0.2 % lie above", "radiance that is white"),
-    Key::optional("bits", "integer", "8", "8 or 16: bits of each colour in a .png; a .tif has 16, a .jpg 8"),
-    Key::optional("glare", "table", "none", "what optics make of bright points, [display.glare]"),
+    Key::optional("black", "number", "0", "radiance of black [W m-2 sr-1, or of the balanced band]"),
+    Key::optional("white", "number", "level exceeded by the brightest 0.2 %", "radiance of white"),
+    Key::optional("bits", "integer", "8", "bits per colour of a .png, 8 or 16; a .tif has 16, a .jpg 8"),
+    Key::optional("glare", "table", "none", "glare of bright points, [display.glare]"),
 ];
 
 pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Display> {
@@ -25,7 +25,7 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
     let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
     section.check_keys(&keys)?;
     let palette = match (section.numbers("matrix")?, section.text("palette")?) {
-        (Some(_), Some(_)) => return Err(section.error("matrix", "give either palette or matrix, not both")),
+        (Some(_), Some(_)) => return Err(section.error("matrix", "palette and matrix exclude each other; remove one")),
         (Some(numbers), None) => matrix(section, &numbers, bands.len())?,
         (None, Some(name)) => section.wrap("palette", Palette::named(name, bands))?,
         (None, None) => Display::of(bands).palette,
@@ -40,7 +40,7 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
     }
     let bits = section.integer("bits", 8..=16)?.unwrap_or(8) as u8;
     if ![8, 16].contains(&bits) {
-        return Err(section.error("bits", format!("{bits} bits a colour are in no picture; write 8 or 16")));
+        return Err(section.error("bits", format!("{bits} bits per colour are unsupported; write 8 or 16")));
     }
     let (balance, stretch) = (section.flag("balance")?.unwrap_or(false), section.wrap("stretch", stretch)?);
     let glare = section.table("glare")?.map(|own| glare::build(&own)).transpose()?;
@@ -59,7 +59,7 @@ impl Display {
 
 fn matrix(section: &Section, numbers: &[f64], bands: usize) -> Result<Palette> {
     if numbers.len() != 3 * bands {
-        let message = format!("a matrix for {bands} bands has {} numbers, this one {}", 3 * bands, numbers.len());
+        let message = format!("a matrix for {bands} bands must have {} numbers, this one has {}", 3 * bands, numbers.len());
         return Err(section.error("matrix", message));
     }
     Ok(Palette { columns: numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect() })

@@ -78,34 +78,34 @@ impl Dust {
     /// Refuses numbers that no dust has.
     pub(super) fn check(&self) -> Result<()> {
         if !(self.sigma_v_per_pc >= 0.0 && self.sigma_v_per_pc.is_finite()) {
-            return Err(Error::value("scale", self.sigma_v_per_pc, "an extinction of zero or more"));
+            return Err(Error::out_of_range("scale", self.sigma_v_per_pc, "a finite extinction of at least zero"));
         }
         self.albedo.check(&self.extinction.name)
     }
 }
 
 pub(super) const KEYS: &[Key] = &[
-    Key::required("density", "expression", "of the fields, such as \"cloud\" or \"n_H * (1 - x_ion)\""),
+    Key::required("density", "expression", "density, an expression of fields such as \"cloud\" or \"n_H * (1 - x_ion)\""),
     Key::required(
         "scale",
         "extinction",
-        "of density 1: per length (\"2 mag/pc\" of A_V, \"4 /pc\" of depth), or for a density in cm-3 per column of hydrogen (\"5.32e-22 mag cm2\") or of mass (\"200 cm2/g\", with mass_per_h)",
+        "extinction at density 1: per length (A_V of \"2 mag/pc\", depth of \"4 /pc\"), or for a density in cm-3 per hydrogen column (\"5.32e-22 mag cm2\") or mass column (\"200 cm2/g\", with mass_per_h)",
     ),
     Key::optional(
         "mass_per_h",
         "number",
         "required for a scale per mass",
-        "mass per hydrogen nucleus in hydrogen atoms, of what the scale is per gram of: 1.4 for all of the gas",
+        "mass per hydrogen nucleus in hydrogen masses, for a scale per gram: 1.4 for all of the gas",
     ),
     Key::optional("law", "text", "draine03_rv31", "extinction law").of("laws"),
-    Key::optional("r_v", "number", "3.1", "A(V)/E(B-V), for laws that take it"),
+    Key::optional("r_v", "number", "3.1", "A(V)/E(B-V), for laws with this parameter"),
     Key::optional(
         "albedo",
         "number or table",
-        "that of the law's grains",
-        "part of extinction that scatters; laws of the Milky Way that are extinction alone take Draine 2003 of the nearest R_V",
+        "albedo of the law's grains",
+        "scattered fraction of extinction; Milky Way laws without grains use Draine 2003 of the nearest R_V",
     ),
-    Key::optional("phase", "table", "isotropic", "spread of scattered light over angle"),
+    Key::optional("phase", "table", "isotropic", "angular distribution of scattered light"),
 ];
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Dust> {
@@ -130,7 +130,7 @@ fn scale(section: &Section) -> Result<f64> {
     let grams = grams_per_h(section)?;
     let coefficient = match ExtinctionPerMass::parse(text) {
         Ok(per_mass) => {
-            let missing = "is per mass: write mass_per_h = 1.4, the mass of the gas per hydrogen nucleus in hydrogen atoms";
+            let missing = "is per mass; add mass_per_h = 1.4, the gas mass per hydrogen nucleus in hydrogen masses";
             per_mass.0 * grams.ok_or_else(|| section.error("scale", missing))?
         }
         Err(_) => {

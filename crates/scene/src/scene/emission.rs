@@ -42,16 +42,17 @@ impl Emission {
     /// Refuses spectra that no gas has.
     pub(super) fn check(&self) -> Result<()> {
         if let Some(lambda) = self.spectrum.first_negative_um() {
-            return Err(Error::value("spectrum", format!("negative at {:.2} nm,", lambda * 1e3), "what gas can emit"));
+            return Err(Error::out_of_range("spectrum", format!("negative at {:.2} nm", lambda * 1e3), "at least zero"));
         }
         if !self.spectrum.is_light() {
-            return Err(Error::value("spectrum", &self.name, "one of finite numbers"));
+            return Err(Error::out_of_range("spectrum", format!("not finite for {}", self.name), "finite"));
         }
         Ok(())
     }
 }
 
-const SCALE: Key = Key::required("scale", "emission coefficient", "of density 1 for spectral strength 1, such as \"1e-25 W/m3/sr\"");
+const SCALE: Key =
+    Key::required("scale", "emission coefficient", "emission coefficient at density 1 and spectral strength 1, such as \"1e-25 W/m3/sr\"");
 
 pub(super) const KINDS: &[Kind<Spectrum>] = &[
     Kind {
@@ -65,18 +66,18 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
                 "{ wavelength = \"656.46 nm\", strength = 3 }, wavelength in vacuum, strength integrated over the line",
             ),
             Key::optional("continuum", "number", "0", "strength per nm at `continuum_at`"),
-            Key::optional("continuum_at", "wavelength", "550 nm", "where the continuum has that strength"),
+            Key::optional("continuum_at", "wavelength", "550 nm", "wavelength of that strength"),
             Key::optional("continuum_exponent", "number", "0", "exponent of the continuum in wavelength"),
         ],
         build: lines,
     },
     Kind {
         name: "ion",
-        summary: "all lines of an ion from its emissivities; density is n_e n_H in cm-6",
+        summary: "all lines of an ion from its emissivities; the density is n_e n_H in cm-6",
         keys: &[
-            Key::required("ion", "text", "such as \"H1\", \"O3\", \"N2\", \"S2\", of the catalogue `ions`").of("ions"),
-            Key::required("temperature", "temperature", "of the electrons, 5000 to 20000 K"),
-            Key::required("electron_density", "number density", "for collisional de-excitation, 10 to 1e5 cm-3"),
+            Key::required("ion", "text", "name in the catalogue `ions`, such as \"H1\", \"O3\", \"N2\", \"S2\"").of("ions"),
+            Key::required("temperature", "temperature", "electron temperature, 5000 to 20000 K"),
+            Key::required("electron_density", "number density", "electron density for collisional de-excitation, 10 to 1e5 cm-3"),
             Key::optional("abundance", "number", "1", "n_ion / n_H"),
         ],
         build: |section, _| {
@@ -87,9 +88,9 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
     },
     Kind {
         name: "recombination",
-        summary: "continuum of recombining hydrogen (free-bound, free-free, two-photon); density is n_e n_H+ in cm-6",
+        summary: "hydrogen continuum (free-bound, free-free, two-photon); the density is n_e n_H+ in cm-6",
         keys: &[
-            Key::required("temperature", "temperature", "of the electrons, 6000 to 15000 K"),
+            Key::required("temperature", "temperature", "electron temperature, 6000 to 15000 K"),
             Key::required("electron_density", "number density", "100 to 1e4 cm-3"),
         ],
         build: |section, _| {
@@ -100,7 +101,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
     Kind {
         name: "line_list",
         summary: "a model nebula's lines relative to H-beta",
-        keys: &[SCALE, Key::required("list", "text", "a name of the catalogue `line-lists`").of("line-lists")],
+        keys: &[SCALE, Key::required("list", "text", "name in the catalogue `line-lists`").of("line-lists")],
         build: |section, _| {
             let scale = section.need_positive::<Emissivity>("scale")?;
             Ok(section.wrap("list", line_list(section.need_text("list")?))?.scaled(scale.0))
@@ -121,8 +122,8 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
 /// The keys that every species takes.
 pub(super) const KEYS: &[Key] = &[
     Key::optional("name", "text", "emission N", "its name"),
-    Key::required("density", "expression", "of the fields, such as \"n_H^2 * x_ion^2\""),
-    Key::optional("doppler_fwhm", "velocity", "0 km/s", "full width at half maximum of its lines"),
+    Key::required("density", "expression", "density, an expression of fields such as \"n_H^2 * x_ion^2\""),
+    Key::optional("doppler_fwhm", "velocity", "0 km/s", "full width at half maximum of the lines"),
     motion::VELOCITY,
     motion::STEP,
 ];
@@ -133,7 +134,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
         spectrum = spectrum.broadened(fwhm);
     }
     if let Some(lambda) = spectrum.first_negative_um() {
-        return Err(section.error("kind", format!("the spectrum is negative at {:.2} nm; emission is not", lambda * 1e3)));
+        return Err(section.error("kind", format!("the spectrum is negative at {:.2} nm; it must be at least zero", lambda * 1e3)));
     }
     Ok(Emission {
         name: section.text("name")?.map_or_else(|| format!("emission {}", section.name()), str::to_owned),
@@ -148,7 +149,7 @@ pub(super) fn doppler_fwhm(section: &Section) -> Result<Option<Velocity>> {
     match said.filter(|fwhm| !(0.0..1e-4 * spectra::constants::SPEED_OF_LIGHT).contains(&fwhm.0)) {
         Some(fwhm) => Err(section.error(
             "doppler_fwhm",
-            format!("{fwhm} is no width of a line: none is negative, and a tenth of the speed of light is too much"),
+            format!("{fwhm} is out of range; a line width must be at least zero and below a tenth of the speed of light"),
         )),
         None => Ok(said),
     }
@@ -164,7 +165,7 @@ fn lines(section: &Section, _: &Inputs) -> Result<Spectrum> {
     for line in section.tables("lines")? {
         line.check_keys(&["wavelength", "strength"])?;
         let strength = line.number("strength", 0.0..=f64::MAX)?;
-        let strength = strength.ok_or_else(|| line.error("strength", "key \"strength\" is missing; write it like strength = 3"))?;
+        let strength = strength.ok_or_else(|| line.error("strength", "key \"strength\" is required; write it like strength = 3"))?;
         lines.push(Line { lambda_um: line.need_positive::<Wavelength>("wavelength")?.0, strength: strength * scale });
     }
     let spectrum = Spectrum::of_lines(lines);

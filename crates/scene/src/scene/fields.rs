@@ -14,11 +14,11 @@ use crate::properties::{Key, Kind, KindRow, Section, chosen};
 /// A field that other fields make.
 const EXPRESSION: KindRow = KindRow {
     name: "expression",
-    summary: "an expression of other fields, for what several densities have in common",
+    summary: "expression of other fields, shared by several densities",
     keys: &[Key::required(
         "formula",
         "expression",
-        "of other fields, such as \"cloud * (1 - hole)\"; they may stand in any order, and be expressions themselves",
+        "expression of other fields, such as \"cloud * (1 - hole)\"; the order is free, and they may be expressions themselves",
     )],
 };
 
@@ -83,7 +83,7 @@ fn check_formulas(root: &Section) -> Result<()> {
     let expressions: Vec<&Section> = fields.iter().map(|(_, section)| section).filter(|section| is_expression(section)).collect();
     if expressions.len() > MOST_EXPRESSIONS {
         return Err(
-            expressions[0].error("kind", format!("{} fields are expressions, at most {MOST_EXPRESSIONS} may be", expressions.len()))
+            expressions[0].error("kind", format!("{} fields are expressions; at most {MOST_EXPRESSIONS} are supported", expressions.len()))
         );
     }
     for section in expressions {
@@ -184,7 +184,7 @@ impl<'a> Fields<'a> {
             if ready.is_empty() {
                 let names: Vec<&str> = left.keys().copied().collect();
                 let (section, _) = &left[names[0]];
-                let message = format!("the fields {} need each other: one of them must be made of others alone", names.join(", "));
+                let message = format!("the fields {} depend on each other; break the cycle", names.join(", "));
                 return Err(section.error("formula", message));
             }
             for name in ready {
@@ -206,7 +206,7 @@ impl<'a> Fields<'a> {
     /// many fields within each other that none could be evaluated.
     fn check_nested(&mut self, name: &str, needs: &[String], is_grid: bool, section: &Section) -> Result<()> {
         if Expression::is_endless(section.need_text("formula")?) {
-            let message = "it is not zero outside of the boxes of its fields, where it would be cut: write it where it is used, as in \"cloud * (1 - hole)\"";
+            let message = "it is not zero outside of the boxes of its fields, where it would be truncated; write it where it is used, as in \"cloud * (1 - hole)\"";
             return Err(section.error("formula", message));
         }
         // A grid is read as it is, whatever it was made of.
@@ -219,7 +219,7 @@ impl<'a> Fields<'a> {
             if all.fields > MOST_FIELDS || all.depth > DEEPEST {
                 let MadeOf { fields, depth } = all;
                 let message =
-                    format!("it is made of {fields} fields, {depth} expressions deep: at most {MOST_FIELDS} and {DEEPEST} are evaluated");
+                    format!("it uses {fields} fields and nests {depth} expressions; at most {MOST_FIELDS} and {DEEPEST} are supported");
                 return Err(section.error("formula", message));
             }
             self.made_of.insert(name.to_owned(), all);

@@ -104,7 +104,7 @@ impl Film<'_> {
         })?;
         Ok(fastest.map(|(changed, name)| {
             format!(
-                "{name} changes by a factor of {:.3} within {}, in which light crosses {} of the cloud, {} wide: all of it changes at once here, where a light echo would run through it",
+                "{name} changes by a factor of {:.3} within {}, in which light crosses {} of the {} cloud; light travel time (a light echo) is not modelled",
                 changed.exp(),
                 Time(step),
                 Length(step * SPEED_OF_LIGHT / PARSEC),

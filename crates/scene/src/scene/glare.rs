@@ -7,11 +7,11 @@ use crate::image::{Glare, glare, optics};
 use crate::properties::{Key, Section};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("optics", "text", "hubble", "the telescope, or the eye").of("optics"),
-    Key::optional("size", "number", "0.5", "λ/D at 550 nm in thousandths of the picture's longer edge: how wide spikes and rings are"),
-    Key::optional("rotation", "angle", "0 deg", "how far the optics are turned, counterclockwise"),
-    Key::optional("seeing", "number", "0", "full width at half maximum of what the air does, in thousandths of the longer edge"),
-    Key::optional("halo", "number", "0.02", "the part of the light that mirrors and lenses scatter around its point"),
+    Key::optional("optics", "text", "hubble", "optics of the glare").of("optics"),
+    Key::optional("size", "number", "0.5", "size of spikes and rings: λ/D at 550 nm in thousandths of the longer edge"),
+    Key::optional("rotation", "angle", "0 deg", "rotation of the optics, counterclockwise"),
+    Key::optional("seeing", "number", "0", "seeing, full width at half maximum in thousandths of the longer edge"),
+    Key::optional("halo", "number", "0.02", "fraction of light in the halo"),
 ];
 
 pub(super) fn build(section: &Section) -> Result<Glare> {

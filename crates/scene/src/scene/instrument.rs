@@ -10,59 +10,49 @@ use crate::observation::RadianceUnit;
 use crate::properties::{Key, Section, Table, build_kind};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("preset", "text", "none", "an instrument that there is; keys beside it replace what it says").of("instruments"),
-    Key::optional("aperture", "length", "of the preset", "diameter of the aperture, needed without a preset"),
-    Key::optional("obstruction", "number", "0", "diameter of what stands in the middle of the aperture, as a part of it"),
+    Key::optional("preset", "text", "none", "predefined instrument; other keys override its values").of("instruments"),
+    Key::optional("aperture", "length", "of the preset", "diameter of the aperture; required without a preset"),
+    Key::optional("obstruction", "number", "0", "diameter of the central obstruction relative to the aperture"),
     Key::optional(
         "collecting_area",
         "area",
         "of the aperture",
-        "the area that collects light, where it is another: passbands of Hubble hold its obstruction",
+        "collecting area, if not that of aperture and obstruction; Hubble's passbands include its obstruction",
     ),
-    Key::optional("throughput", "number", "1", "the part of the light that is recorded, beside what the passband says"),
-    Key::optional("psf", "list of tables", "airy", "what spreads the light of a point, one after the other, [[instrument.psf]]"),
-    Key::optional(
-        "pixel_scale",
-        "angle",
-        "the picture's",
-        "the angle that a pixel of the detector sees; the camera's pixels must be as fine",
-    ),
+    Key::optional("throughput", "number", "1", "recorded fraction of the light, in addition to the passband"),
+    Key::optional("psf", "list of tables", "airy", "point-spread functions, applied in sequence, [[instrument.psf]]"),
+    Key::optional("pixel_scale", "angle", "the picture's", "angle per detector pixel; the camera's pixels must be at least as fine"),
     Key::optional(
         "sky",
         "list of texts",
         "dark",
-        "brightness of the sky in mag/arcsec2, such as \"21.6 mag\": one for all passbands, or one for each",
+        "sky brightness in mag/arcsec2, such as \"21.6 mag\": one for all passbands, or one per passband",
     ),
     Key::optional(
         "allow_foreign_filters",
         "boolean",
         "false",
-        "whether a preset records through passbands of the catalogue that it does not have; those of [[band]] are its own",
+        "allow catalogue passbands of other instruments; those of [[band]] always are",
     ),
-    Key::optional("sky_system", "text", "ab", "ab, st or vega: the zero point of `sky`"),
-    Key::optional("subtract_sky", "boolean", "true", "whether the sky's mean is taken away from the master; its noise stays"),
-    Key::optional("dark_current", "dark current", "0 e/s", "electrons that a pixel gathers in the dark"),
-    Key::optional("read_noise", "charge", "0 e", "standard deviation of reading a pixel"),
+    Key::optional("sky_system", "text", "ab", "magnitude system of `sky`: ab, st or vega"),
+    Key::optional("subtract_sky", "boolean", "true", "subtract the mean sky from the master; its noise remains"),
+    Key::optional("dark_current", "dark current", "0 e/s", "dark current per pixel"),
+    Key::optional("read_noise", "charge", "0 e", "read noise per pixel, standard deviation"),
     Key::optional("gain", "gain", "1 e/ADU", "electrons of a count"),
-    Key::optional(
-        "bias",
-        "counts",
-        "what reading needs",
-        "counts of an empty pixel; six times what reading it scatters by where nothing is said",
-    ),
-    Key::optional("full_well", "charge", "none", "most electrons of a pixel"),
-    Key::optional("bits", "integer", "16", "bits of a count, up to 16"),
+    Key::optional("bias", "counts", "what reading needs", "counts of an empty pixel; default: six times the read noise"),
+    Key::optional("full_well", "charge", "none", "full well, electrons per pixel"),
+    Key::optional("bits", "integer", "16", "bits per count, up to 16"),
     Key::optional("pixel_size", "length", "10 um", "edge of a pixel, for cosmic rays"),
-    Key::optional("cosmic_rays", "rate of hits", "0 /cm2/s", "hits of cosmic rays"),
+    Key::optional("cosmic_rays", "rate of hits", "0 /cm2/s", "rate of cosmic-ray hits"),
     Key::optional(
         "mosaic",
         "list of texts",
         "none",
-        "the passbands that two by two pixels see, from the upper left along rows: a colour sensor; [] for none",
+        "passbands of 2 x 2 pixels of a colour sensor, row by row from the upper left; [] for none",
     ),
     Key::optional("exposure", "time", "60 s", "exposure of a frame"),
     Key::optional("frames", "integer", "1", "number of frames"),
-    Key::optional("seed", "integer", "1", "number of the noise"),
+    Key::optional("seed", "integer", "1", "seed of the noise"),
 ];
 
 /// The zero points by name.
@@ -75,7 +65,7 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Instrument> {
     let mut own = match (section.text("preset")?, aperture_m) {
         (Some(name), _) => section.wrap("preset", preset(name))?,
         (None, Some(aperture_m)) => Instrument::of_aperture(aperture_m),
-        (None, None) => return Err(section.error("aperture", "an instrument has a \"preset\" or an \"aperture\" such as \"0.2 m\"")),
+        (None, None) => return Err(section.error("aperture", "an instrument requires a \"preset\" or an \"aperture\" such as \"0.2 m\"")),
     };
     set(&mut own.aperture_m, aperture_m);
     // What another aperture collects is not what the preset's did.
@@ -108,7 +98,8 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Instrument> {
     if let Some(names) = section.texts("mosaic")? {
         let square: Option<[&str; 4]> = names.try_into().ok();
         let wrong = || {
-            section.error("mosaic", "a mosaic names the passbands of four pixels, such as [\"R\", \"G\", \"G\", \"B\"], or is [] for none")
+            section
+                .error("mosaic", "a mosaic must name the passbands of four pixels, such as [\"R\", \"G\", \"G\", \"B\"], or be [] for none")
         };
         detector.mosaic = match square {
             Some(square) => Some(square.map(str::to_owned)),
@@ -150,7 +141,8 @@ fn set<T>(own: &mut T, said: Option<T>) {
 fn not_negative<Q: Quantity + std::fmt::Display>(section: &Section, key: &str) -> Result<Option<f64>> {
     match section.quantity::<Q>(key)? {
         Some(quantity) if quantity.internal() < 0.0 => {
-            Err(section.error(key, format!("{quantity} is negative; a {} here is not, such as \"{}\"", Q::NAME, Q::EXAMPLE)))
+            Err(section
+                .error(key, format!("{quantity} is out of range; the {} must be at least zero, such as \"{}\"", Q::NAME, Q::EXAMPLE)))
         }
         quantity => Ok(quantity.map(Quantity::internal)),
     }

@@ -52,13 +52,13 @@ const OTHERS: [(&str, &str, &str, StarDepthSource); 2] = [
     (
         "midpoint",
         "double_integration",
-        "midpoint with the star depth marched again at every sample: Barrès & Neyret's baseline",
+        "midpoint with a new star-depth march at every sample: Barrès & Neyret's baseline",
         StarDepthSource::Marched,
     ),
     (
         "projection",
         "propagation",
-        "projection with the light of all stars deposited in voxels as polynomials: Barrès & Neyret's many lights; scatters evenly",
+        "projection with the light of all stars stored in voxels as polynomials: Barrès & Neyret's many lights; scattering is isotropic",
         StarDepthSource::LightField,
     ),
 ];
@@ -79,6 +79,7 @@ pub fn methods() -> impl Iterator<Item = MethodEntry> {
 
 /// Which empty pages of a volume take no memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Sparsity {
     /// All, where volumes are large and a good part of them is empty.
     #[default]
@@ -176,12 +177,14 @@ impl Method {
     pub fn check(&self) -> Result<()> {
         let whole = |what: &'static str, value: Option<usize>, range: RangeInclusive<i64>| match value {
             Some(n) if !i64::try_from(n).is_ok_and(|n| range.contains(&n)) => {
-                Err(Error::value(what, n, format!("between {} and {}", range.start(), range.end())))
+                Err(Error::out_of_range(what, n, format!("between {} and {}", range.start(), range.end())))
             }
             _ => Ok(()),
         };
         let number = |what: &'static str, value: Option<f64>, range: RangeInclusive<f64>| match value {
-            Some(v) if !range.contains(&v) => Err(Error::value(what, v, format!("between {:e} and {:e}", range.start(), range.end()))),
+            Some(v) if !range.contains(&v) => {
+                Err(Error::out_of_range(what, v, format!("between {:e} and {:e}", range.start(), range.end())))
+            }
             _ => Ok(()),
         };
         let Settings { count, domain_um, degree, range, .. } = &self.settings;
@@ -197,7 +200,7 @@ impl Method {
         whole("exact_stars", self.exact_stars, 0..=MAX_EXACT_STARS)?;
         match domain_um {
             Some((low, high)) if !(*low > 0.0 && low < high && high.is_finite()) => {
-                Err(Error::value("domain", format!("{low} to {high} um"), "two ascending wavelengths"))
+                Err(Error::out_of_range("domain", format!("{low} to {high} um"), "two ascending wavelengths above zero"))
             }
             _ => Ok(()),
         }
@@ -205,7 +208,7 @@ impl Method {
 }
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("name", "text", "band_quadrature", "a name of the catalogue `methods`").of("methods"),
+    Key::optional("name", "text", "band_quadrature", "name in the catalogue `methods`").of("methods"),
     Key::optional(
         "accuracy",
         "number",
@@ -216,64 +219,59 @@ pub(super) const KEYS: &[Key] = &[
         "count",
         "integer",
         "chosen by accuracy",
-        "fixed number of nodes, intervals, elements or samples a band, for comparisons",
+        "fixed number of nodes, intervals, elements or samples per band, for comparisons",
     ),
     Key::optional(
         "domain",
         "list of texts",
-        "each band's own (projection: that of all bands)",
-        "wavelengths between which midpoint, gauss_legendre, preintegrated, analytic and projection work, such as [\"300 nm\", \"1 um\"]",
+        "that of each band (projection: that of all bands)",
+        "wavelength range of midpoint, gauss_legendre, preintegrated, analytic and projection, such as [\"300 nm\", \"1 um\"]",
     ),
-    Key::optional("degree", "integer", "5", "degree of the polynomials that stand for spectra in analytic"),
-    Key::optional("range", "number", "what the scene reaches", "largest optical depth that the basis of projection is made for"),
+    Key::optional("degree", "integer", "5", "degree of the spectral polynomials of analytic"),
+    Key::optional("range", "number", "largest depth of the scene", "largest optical depth of the basis of projection"),
     Key::optional(
         "criterion",
         "text",
         "mean",
-        "what the exponents of projection minimise over the range: the mean error, the largest, or the mean weighted by each filter",
+        "norm that the exponents of projection minimise over the range: mean error, largest error, or mean weighted by each filter",
     ),
-    Key::optional("steps", "integer", "chosen by accuracy", "fixed number of samples a ray, for comparisons"),
+    Key::optional("steps", "integer", "chosen by accuracy", "fixed number of samples per ray, for comparisons"),
     Key::optional(
         "steps_per_voxel",
         "number",
         "chosen by accuracy",
-        "0.5 to 100: fixed number of samples in each voxel edge, where `steps` does not say how many a ray has",
+        "fixed number of samples per voxel edge, 0.5 to 100; `steps` takes precedence",
     ),
     Key::optional(
         "star_depth_voxels",
         "integer",
         "chosen by accuracy",
-        "1 to 12: fixed number of voxels of star depths along one of dust, within the limit of memory",
+        "fixed number of star-depth voxels per dust voxel edge, 1 to 12, within the memory limit",
     ),
-    Key::optional(
-        "bake",
-        "integer",
-        "by the sampling error, 32 to 256",
-        "4 to 2048: voxels along the longest edge onto which functions are sampled for the fast back ends",
-    ),
+    Key::optional("bake", "integer", "from the sampling error, 32 to 256", "voxels along the longest edge of sampled functions, 4 to 2048"),
     Key::optional(
         "volumes",
         "text",
         "single",
-        "single or half: how densities and star depths are stored that light is marched through; half is right to 1 in 700 and takes half of the memory",
+        "precision of march volumes, single or half; half has errors of up to 1/700 and takes half of the memory",
     ),
     Key::optional(
         "sparse",
         "text",
         "auto",
-        "auto, always or never: whether pages of 16 x 16 x 16 voxels in which there is no dust and no gas are left out of the volumes; auto does so where volumes take 64 MiB or more and that saves a quarter",
+        "omit volume pages of 16 x 16 x 16 voxels without dust and gas: auto, always or never; auto does so from 64 MiB on if it saves a quarter",
     ),
     Key::optional(
         "bounces",
         "integer",
         "1",
-        "times that starlight may scatter, 1000 for all; light of gas and background, which comes from everywhere, scatters one time less",
+        "largest number of scatterings of starlight, 1000 for all; light of gas and background scatters one time less",
     ),
     Key::optional(
         "exact_stars",
         "integer",
-        "all of up to 8; of more, one that sends over half of the light",
-        "how many stars, the brightest, are marched one by one; the light of the others is gathered in cells, beyond the neighbourhood of each, by methods of nodes",
+        "all of up to 8; of more, one that emits over half of the light",
+        "number of the brightest stars to march individually; the light of the others is aggregated in cells beyond the neighbourhood of each (methods of nodes only)",
     ),
 ];
 
@@ -284,7 +282,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
     let domain_um = match section.texts("domain")? {
         None => None,
         Some(ends) => {
-            let wrong = || section.error("domain", "a domain is two ascending wavelengths, such as [\"300 nm\", \"1 um\"]");
+            let wrong = || section.error("domain", "a domain must be two ascending wavelengths, such as [\"300 nm\", \"1 um\"]");
             let &[low, high] = &ends[..] else { return Err(wrong()) };
             let low: Wavelength = section.wrap("domain", low.parse())?;
             let high: Wavelength = section.wrap("domain", high.parse())?;

@@ -132,25 +132,25 @@ const ROOT: &[Key] = &[
     Key::optional("name", "text", "the file's name", "name of the scene"),
     Key::optional("description", "text", "", "what it shows"),
     Key::optional("bands", "text or list", "johnson", "a set of passbands, or a list of embedded ones").of("passband-sets"),
-    Key::required("camera", "table", "where the observer is"),
+    Key::required("camera", "table", "position of the observer"),
     Key::optional("field", "tables by name", "none", "scalar fields, [field.NAME]"),
     Key::optional("dust", "table", "none", "dust that absorbs and scatters"),
-    Key::optional("emission", "list of tables", "none", "gas that glows, [[emission]]"),
-    Key::optional("gas", "table", "none", "gas that the stars ionise"),
-    Key::optional("detail", "table", "none", "what densities have below their voxels"),
+    Key::optional("emission", "list of tables", "none", "emitting gas, [[emission]]"),
+    Key::optional("gas", "table", "none", "gas ionised by the stars"),
+    Key::optional("detail", "table", "none", "density structure below the voxels"),
     Key::optional("star", "list of tables", "none", "stars, [[star]]"),
     Key::optional("star_table", "list of tables", "none", "stars of a CSV, [[star_table]]"),
     Key::optional("background", "table", "none", "what lies behind"),
-    Key::optional("band", "list of tables", "none", "passbands of one's own, [[band]]; they replace the default of `bands`"),
-    Key::optional("spectrograph", "table", "none", "hundreds of narrow passbands, in place of `bands`: a cube"),
-    Key::optional("bookmark", "tables by name", "none", "views that are worth going back to, [bookmark.NAME]"),
+    Key::optional("band", "list of tables", "none", "custom passbands, [[band]]; they replace the default of `bands`"),
+    Key::optional("spectrograph", "table", "none", "hundreds of narrow passbands instead of `bands`: a spectral cube"),
+    Key::optional("bookmark", "tables by name", "none", "saved views, [bookmark.NAME]"),
     Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
-    Key::optional("observation", "table", "none", "where on the sky the picture is taken, and the unit of FITS files"),
-    Key::optional("instrument", "table", "none", "what records the picture: `barnard observe` makes frames and a master of it"),
-    Key::optional("output", "table", "defaults", "what files hold beside the picture, and how"),
-    Key::optional("method", "table", "defaults", "how spectral integrals are done"),
-    Key::optional("animation", "list of tables", "none", "keys that change from moment to moment, [[animation]]"),
-    Key::optional("sequence", "table", "defaults", "which moments of a scene that changes become frames"),
+    Key::optional("observation", "table", "none", "sky position of the image, and the unit of FITS files"),
+    Key::optional("instrument", "table", "none", "instrument for `barnard observe`, which writes frames and a master"),
+    Key::optional("output", "table", "defaults", "layers and encoding of output files"),
+    Key::optional("method", "table", "defaults", "method of spectral integrals"),
+    Key::optional("animation", "list of tables", "none", "animated keys, [[animation]]"),
+    Key::optional("sequence", "table", "defaults", "frames of an animated scene"),
 ];
 
 /// (name, summary) of the kinds of spectrum that stars and backgrounds choose from.
@@ -300,7 +300,7 @@ impl Scene {
         let spectrograph = root.table("spectrograph")?.map(|s| spectrograph::build(&s).map(|own| (own, s))).transpose()?;
         let bands = match &spectrograph {
             Some((own, section)) => {
-                root.refuse(&["bands", "band"], "passbands of one's own, without [spectrograph]")?;
+                root.refuse(&["bands", "band"], "custom passbands, without [spectrograph]")?;
                 spectrograph::bands(section, own)?
             }
             None => band::build(root, inputs)?,
@@ -439,7 +439,7 @@ impl Scene {
             at("", "dust", dust.check())?;
         }
         self.emission.iter().try_for_each(|gas| at("", "emission", gas.check()))?;
-        self.stars.iter().enumerate().try_for_each(|(i, star)| at(&format!("star.{}", i + 1), "position", star.check()))?;
+        self.stars.iter().enumerate().try_for_each(|(i, star)| at(&format!("star[{i}]"), "position", star.check()))?;
         at("", "background", self.background.check())?;
         at("", "detail", self.detail.as_ref().map_or(Ok(()), Detail::check))?;
         let dust = self.dust.iter().map(|dust| ("dust", &dust.density));
@@ -459,7 +459,7 @@ impl Scene {
             return Err(placed_error(
                 "",
                 "background",
-                "stars at infinity lie on the sky and need a kind of [camera] and of every bookmark whose rays start at one point, such as \"perspective\"",
+                "stars at infinity require a [camera], and bookmarks, whose rays start at one point; use a kind such as \"perspective\"",
             ));
         }
         Ok(())
@@ -469,11 +469,11 @@ impl Scene {
     /// all of them.
     fn check_bands(&self) -> Result<()> {
         if self.bands.is_empty() {
-            return Err(placed_error("", "bands", "the scene has no passband; write bands = \"johnson\""));
+            return Err(placed_error("", "bands", "the scene has no passbands; write bands = \"johnson\""));
         }
         for (i, band) in self.bands.iter().enumerate() {
             if self.bands[..i].iter().any(|b| b.name() == band.name()) {
-                let message = format!("two passbands are called \"{}\"; give one another name", band.name());
+                let message = format!("two passbands have the name \"{}\"; rename one", band.name());
                 return Err(placed_error("", "bands", message));
             }
             let (low, high) = band.support_um();

@@ -29,10 +29,9 @@ pub(super) const VELOCITY: Key = Key::optional(
     fields::VELOCITY,
     "list of texts",
     "at rest",
-    "how fast it moves along x, y and z in km/s, three expressions such as [\"20*x\", \"20*y\", \"20*z\"]: its lines are seen where what comes closer or recedes has them, from the scene's own camera",
+    "velocity along x, y and z in km/s, three expressions such as [\"20*x\", \"20*y\", \"20*z\"]; lines are Doppler-shifted as seen from the scene's camera",
 );
-pub(super) const STEP: Key =
-    Key::optional("velocity_step", "velocity", "10 km/s", "velocities that are told apart: half of a channel or less");
+pub(super) const STEP: Key = Key::optional("velocity_step", "velocity", "10 km/s", "velocity resolution; use half of a channel or less");
 
 /// Motion of the gas of a table, if given.
 pub(super) fn of(section: &Section, fields: &Fields) -> Result<Option<Motion>> {
@@ -41,7 +40,7 @@ pub(super) fn of(section: &Section, fields: &Fields) -> Result<Option<Motion>> {
         return Ok(None);
     };
     let [x, y, z] = formulas[..] else {
-        return Err(section.error(VELOCITY.name, "a velocity has three components, such as [\"0\", \"0\", \"20*z\"] in km/s"));
+        return Err(section.error(VELOCITY.name, "a velocity must have three components, such as [\"0\", \"0\", \"20*z\"] in km/s"));
     };
     let component = |formula: &str| fields.everywhere(section, VELOCITY.name, formula);
     let step = section.positive::<Velocity>(STEP.name)?.map_or(10.0, |velocity| velocity.0);
@@ -102,12 +101,9 @@ impl Steps {
     fn over((low, high): (f64, f64), step: f64) -> Result<Self> {
         let count = ((high - low) / step).ceil() + 1.0;
         if count.is_nan() || count > MAX_VELOCITIES as f64 {
-            let said = format!("{} for velocities of {low:.3} to {high:.3} km/s", Velocity(step));
-            let wanted = format!(
-                "{} or more: {MAX_VELOCITIES} velocities are told apart at most",
-                Velocity((high - low) / (MAX_VELOCITIES - 2) as f64)
-            );
-            return Err(Error::value("velocity_step", said, wanted));
+            let value = format!("{} for velocities of {low:.3} to {high:.3} km/s", Velocity(step));
+            let least = Velocity((high - low) / (MAX_VELOCITIES - 2) as f64);
+            return Err(Error::out_of_range("velocity_step", value, format!("at least {least}, for at most {MAX_VELOCITIES} steps")));
         }
         let count = count as usize;
         Ok(Self { first: 0.5 * (low + high) - 0.5 * (count - 1) as f64 * step, step, count })
@@ -169,7 +165,7 @@ fn range(density: &dyn Field, receding: &Receding) -> Result<(f64, f64)> {
             if density.at(p) > 0.0 {
                 let velocity = receding.at(p);
                 if !velocity.is_finite() {
-                    return Err(Error::value("velocity of gas", format!("{velocity} at {p:.3} pc"), "a number wherever there is gas"));
+                    return Err(Error::out_of_range("velocity of gas", format!("{velocity} at {p:.3} pc"), "finite wherever there is gas"));
                 }
                 range = (range.0.min(velocity), range.1.max(velocity));
             }
@@ -280,7 +276,7 @@ mod tests {
     fn too_many_velocities_are_refused() {
         let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).orthographic_pc(3.0);
         let message = expansion(1e4, 1.0).split(ball(true), &camera, 1 << 40, &Control::default()).unwrap_err().to_string();
-        assert!(message.contains("velocity_step") && message.contains("km/s or more"), "{message}");
+        assert!(message.contains("velocity_step") && message.contains("at least"), "{message}");
         assert!(
             expansion(20.0, 1.0).split(ball(true), &camera, 1 << 20, &Control::default()).unwrap_err().to_string().contains("velocities")
         );

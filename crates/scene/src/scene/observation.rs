@@ -12,21 +12,26 @@ pub(super) const KEYS: &[Key] = &[
     Key::required(
         "target",
         "text",
-        "the place of the sky in the middle of the camera's whole image (of a dome its own axis, the zenith unless it is tilted): \"18h18m48s -13d49m\", \"18:18:48 -13:49:00\" or \"274.7 -13.82\" in degrees",
+        "sky position of the centre of the whole image (of a dome: its axis, the zenith unless tilted): \"18h18m48s -13d49m\", \"18:18:48 -13:49:00\" or \"274.7 -13.82\" in degrees",
     ),
-    Key::optional("frame", "text", "icrs", "icrs or galactic: what the target's two angles are"),
-    Key::optional("position_angle", "angle", "0 deg", "of the picture's up, from north through east; with 0 deg north is up and east left"),
+    Key::optional("frame", "text", "icrs", "frame of the target: icrs or galactic"),
+    Key::optional(
+        "position_angle",
+        "angle",
+        "0 deg",
+        "position angle of the image's up direction, from north through east; at 0 deg north is up and east left",
+    ),
     Key::optional(
         "distance",
         "length",
         "none",
-        "how far away the middle of an orthographic image is, needed there: its lengths become angles; other cameras stand where they stand and do not ask",
+        "distance of the centre of an orthographic image, which converts lengths to angles; required there, unused by other cameras",
     ),
     Key::optional(
         "unit",
         "text",
         "W m-2 sr-1",
-        "what FITS files hold: W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R (Rayleigh), photon s-1 m-2 sr-1, mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega",
+        "unit of FITS files: W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R (Rayleigh), photon s-1 m-2 sr-1, electron s-1, mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega",
     ),
 ];
 
@@ -50,14 +55,15 @@ pub(super) fn check(observation: &Observation, camera: &Camera) -> Result<()> {
     observation.target.check()?;
     let is_finite = observation.position_angle.is_finite() && observation.distance_pc.is_none_or(|pc| pc.is_finite() && pc > 0.0);
     if !is_finite {
-        return Err(Error::value("observation", "its angle or distance is not finite", "an angle, and a distance above zero"));
+        return Err(Error::out_of_range(
+            "position angle or distance of the observation",
+            "not finite, or not above zero",
+            "a finite angle, and a finite distance above zero",
+        ));
     }
     if matches!(camera.projection, Projection::Orthographic { .. }) && observation.distance_pc.is_none() {
-        return Err(Error::value(
-            "distance of an observation",
-            "missing: an orthographic camera measures lengths",
-            "how far away the middle of its image is, such as distance = \"400 pc\"",
-        ));
+        let what = "the distance of the observation with an orthographic camera";
+        return Err(Error::missing(what, "add it to [observation], such as distance = \"400 pc\""));
     }
     Ok(())
 }

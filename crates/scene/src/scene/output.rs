@@ -9,20 +9,20 @@ use crate::properties::{Key, Section, Table};
 use super::Scene;
 
 pub(super) const KEYS: &[Key] = &[
-    Key::optional("layers", "list of texts", "[]", "light, depth, tau, all or none: layers of an .exr or a .fits"),
+    Key::optional("layers", "list of texts", "[]", "layers of an .exr or a .fits: light, depth, tau, all or none"),
     Key::optional(
         "channels",
         "text",
         "rgb",
-        "rgb or bands: what layers of light hold, linear colours in the picture's exposure or radiances",
+        "contents of light layers: rgb (linear colours at the picture's exposure) or bands (radiances)",
     ),
-    Key::optional("color_space", "text", "rec709", "rec709 or acescg: primaries of linear colours in an .exr"),
-    Key::optional("precision", "text", "half", "half or float: how an .exr holds colours; radiances are float always"),
+    Key::optional("color_space", "text", "rec709", "primaries of linear colours in an .exr: rec709 or acescg"),
+    Key::optional("precision", "text", "half", "precision of colours in an .exr: half or float; radiances are always float"),
     Key::optional(
         "compression",
         "text",
         "zip",
-        "none, rle, zips, zip, piz or pxr24: how an .exr is packed; pxr24 keeps 24 bits of each radiance",
+        "compression of an .exr: none, rle, zips, zip, piz or pxr24; pxr24 keeps 24 bits per radiance",
     ),
 ];
 

@@ -32,12 +32,12 @@ impl Motion {
     /// # Errors
     /// The missing column, or the unit that is not read.
     pub fn new(table: &TextTable, to: f64, from: Option<f64>) -> Result<Self, String> {
-        let columns = columns(table).ok_or("has no columns pmra and pmdec, which epoch needs; leave epoch out")?;
+        let columns = columns(table).ok_or("has no columns pmra and pmdec, which epoch requires; remove epoch")?;
         let units = columns.map(|column| TextTable::parted(&table.columns[column]).1);
         if let Some(unit) = units.into_iter().flatten().find(|unit| !MAS_PER_YEAR.contains(unit)) {
-            return Err(format!("gives proper motions in \"{unit}\"; they are read in mas/yr"));
+            return Err(format!("has proper motions in the unsupported unit \"{unit}\"; convert them to mas/yr"));
         }
-        let stated = || find(table, &EPOCHS).ok_or("has no column ref_epoch; write catalogue_epoch = 2000, the year of its positions");
+        let stated = || find(table, &EPOCHS).ok_or("has no column ref_epoch; set catalogue_epoch, the year of its positions, such as 2000");
         Ok(Self { columns, to, from: from.map_or_else(|| stated().map(Err), |year| Ok(Ok(year)))? })
     }
 
@@ -50,7 +50,7 @@ impl Motion {
         let [direction, east, north] = place.axes();
         let from = self.from.map_or_else(|column| Ok(cell(column)?.unwrap_or(0.0)), Ok::<f64, String>)?;
         if !YEARS.contains(&from) {
-            return Err(format!("{from} is no year of an epoch; years are {} to {}", YEARS.start(), YEARS.end()));
+            return Err(format!("epoch {from} is out of range; years must be between {} and {}", YEARS.start(), YEARS.end()));
         }
         let moved = |column: usize| Ok::<f64, String>((cell(column)?.unwrap_or(0.0) * (self.to - from) / 3.6e6).to_radians());
         Ok((direction + moved(self.columns[0])? * east + moved(self.columns[1])? * north).normalize())

@@ -35,7 +35,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[camera]",
         path: "camera",
-        text: "Where the observer is; `kind` chooses the projection.",
+        text: "The observer's camera; `kind` selects the projection.",
         keys: camera::COMMON,
         kinds: || kinds(camera::KINDS),
         catalogues: &[],
@@ -43,7 +43,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[camera.stereo]",
         path: "camera.stereo",
-        text: "Two eyes: off-axis pairs in flat images, omni-directional stereo in images of all around. What a back end renders is both images in one.",
+        text: "Stereo: off-axis pairs in flat images, omni-directional stereo in 360° images. One image contains both eyes.",
         keys: camera::STEREO,
         kinds: Vec::new,
         catalogues: &[],
@@ -51,7 +51,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[camera.path]",
         path: "camera.path",
-        text: "How the camera moves: through keyframes, or along a path that another program made. What a scene shows where no frame is asked for is its first moment.",
+        text: "Camera path: keyframes, or a path from another program. Without a requested frame, a scene shows its first moment.",
         keys: animation::PATH,
         kinds: Vec::new,
         catalogues: &[("Interpolations", "interpolations")],
@@ -59,8 +59,8 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[[camera.path.key]]",
         path: "camera.path.key",
-        text: "A keyframe: what the camera is at a moment. A key says what it changes. \
-               A file has the same as columns, with a unit in brackets behind the name: `time [s]`, then `x [pc]`, `y [pc]` and `z [pc]`, \
+        text: "A keyframe of the camera, with only the values that it sets. \
+               In files these are columns, with units in brackets: `time [s]`, then `x [pc]`, `y [pc]` and `z [pc]`, \
                `target_x` or `direction_x` or `orientation_x` to `orientation_w`, `up_x` and so on, and `field_of_view [deg]`.",
         keys: animation::PATH_KEYFRAME,
         kinds: Vec::new,
@@ -69,8 +69,8 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[bookmark.NAME]",
         path: "bookmark.*",
-        text: "A view that is worth going back to: a camera like [camera], whose `size` and `supersampling` hold where it has none of its own. \
-               It can be rendered in place of the scene's own camera; the explorer goes to those that are named 1 to 9 by their digits, and sets them with Ctrl.",
+        text: "A saved view: a camera like [camera], whose `size` and `supersampling` are the defaults. \
+               `--bookmark` renders it. In the explorer, digits select bookmarks named 1 to 9, and Ctrl with a digit sets one.",
         keys: camera::COMMON,
         kinds: || kinds(camera::KINDS),
         catalogues: &[],
@@ -78,7 +78,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[field.NAME]",
         path: "field.*",
-        text: "Named scalar fields. Expressions elsewhere use them by name, so products, sums and masks are written as formulas (below). An expression that uses grids lives in the voxels of the finest of them, over the box in which it can be other than zero: a sum of nested grids holds all of them, and a voxel that a mask cuts the part that is left.",
+        text: "Named scalar fields, used by name in expressions such as products, sums and masks (below). Expressions of grids use the voxels of the finest grid, over the box in which they can be nonzero. Sums of nested grids contain all of them, and voxels cut by a mask contain the remaining fraction.",
         keys: &[],
         kinds: fields::kinds,
         catalogues: &[],
@@ -94,7 +94,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[dust.albedo]",
         path: "dust.albedo",
-        text: "The part of extinction that scatters.",
+        text: "The scattered fraction of extinction.",
         keys: &[],
         kinds: || kinds(albedo::KINDS),
         catalogues: &[],
@@ -102,7 +102,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[dust.phase]",
         path: "dust.phase",
-        text: "How scattered light is spread over angle; cos θ = +1 is forward.",
+        text: "Angular distribution of scattered light; cos θ = +1 is forward.",
         keys: &[],
         kinds: || phase::KINDS.iter().map(|k| KindRow { name: k.name, summary: k.summary, keys: k.keys }).collect(),
         catalogues: &[],
@@ -110,7 +110,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[[star]]",
         path: "star",
-        text: "A star; `kind` chooses the shape of its spectrum, and exactly one scale says how bright it is.",
+        text: "A star; `kind` selects the shape of its spectrum, and exactly one scale its brightness.",
         keys: star::KEYS,
         kinds: || kinds(star::SPECTRA),
         catalogues: &[("Stellar spectra", "stars")],
@@ -118,10 +118,10 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[[star_table]]",
         path: "star_table",
-        text: "Stars of a CSV, one a row. Columns are named like the keys of [[star]], `position` being x, y and z; a unit may stand behind the name, as in `temperature [K]`, \
-               and, but for places, in the cell; otherwise lengths are in pc, radii in Rsun, temperatures in K, luminosities in Lsun, magnitudes in mag. An empty cell says nothing; other columns are left out. \
-               Any key of [[star]] beside `file` holds for all of its stars. `kind` is \"stellar\" where there is a column `type`, \
-               \"blackbody\" otherwise. Columns are parted by commas, semicolons, tabs or blanks; lines that begin with `#` are skipped.",
+        text: "Stars of a CSV file, one per row. Columns have the names of [[star]] keys, with x, y and z for `position`; units may follow the name, as in `temperature [K]`, \
+               or, except for positions, be in the cell. Defaults are pc for lengths, Rsun for radii, K, Lsun and mag. Empty cells and other columns are ignored. \
+               Any key of [[star]] next to `file` applies to all stars. `kind` is \"stellar\" if there is a column `type`, \
+               \"blackbody\" otherwise. Separators are commas, semicolons, tabs or blanks; lines that begin with `#` are skipped.",
         keys: star_table::KEYS,
         kinds: Vec::new,
         catalogues: &[],
@@ -137,7 +137,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[gas]",
         path: "gas",
-        text: "Gas that the scene's stars ionise: which part of it is, how warm it is, and which lines it shines in through the passbands follow from its density and the stars ([docs/gas.md](gas.md)).",
+        text: "Gas ionised by the scene's stars: ionisation, temperature and emission lines follow from its density and the stars ([docs/gas.md](gas.md)).",
         keys: gas::KEYS,
         kinds: Vec::new,
         catalogues: &[],
@@ -145,7 +145,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[background]",
         path: "background",
-        text: "What lies behind the cloud: with a `kind` (the spectra of stars, above) an even light, with `[background.stars]` a field of stars.",
+        text: "Background of the cloud: with a `kind` (the spectra of stars, above) a uniform light, with `[background.stars]` a field of stars.",
         keys: background::UNIFORM_KEYS,
         kinds: || kinds(star::SPECTRA),
         catalogues: &[],
@@ -161,7 +161,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[background.catalogue]",
         path: "background.catalogue",
-        text: "Stars of a CSV at infinity, where they are on the sky. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; Gaia's `phot_g_mean_mag`, `phot_bp_mean_mag` and `phot_rp_mean_mag` are known), a second magnitude, `temperature` or `type` for the colour, and `name`;                other columns are left out, and rows without a magnitude. A star whose colour is a second magnitude has both.",
+        text: "Stars of a CSV file at infinity, at their sky positions. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; or Gaia's `phot_g_mean_mag`, `phot_bp_mean_mag`, `phot_rp_mean_mag`), a second magnitude, `temperature` or `type` for the colour, and `name`;                other columns and rows without a magnitude are ignored. A star with two magnitudes has exactly both.",
         keys: catalogue::KEYS,
         kinds: Vec::new,
         catalogues: &[],
@@ -169,7 +169,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[detail]",
         path: "detail",
-        text: "Noise that continues the spectrum of dust and gas below their voxels, where a pixel sees finer than those: a grid of 128 voxels does not show its edges from near by. It multiplies what eyes see of densities, and keeps their mean; depths of stars and light that scatters more than once are those without it ([docs/method.md](method.md)).",
+        text: "Noise that extends the spectrum of dust and gas below their voxels where pixels resolve it, so that voxels stay invisible close to the cloud. It multiplies the densities seen by the camera and keeps their mean; star depths and multiple scattering ignore it ([docs/method.md](method.md)).",
         keys: detail::KEYS,
         kinds: Vec::new,
         catalogues: &[],
@@ -177,7 +177,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[[band]]",
         path: "band",
-        text: "Passbands of one's own, beside the sets and embedded passbands of `bands`.",
+        text: "Custom passbands, in addition to the sets and embedded passbands of `bands`.",
         keys: band::KEYS,
         kinds: || kinds(band::KINDS),
         catalogues: &[("Sets of passbands", "passband-sets"), ("Families of embedded passbands", "passband-families")],
@@ -185,7 +185,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[spectrograph]",
         path: "spectrograph",
-        text: "Hundreds of narrow passbands side by side, which share one march; FITS files hold them as a cube with a spectral axis ([docs/observing.md](observing.md)).",
+        text: "Hundreds of adjacent narrow passbands that share one march; FITS files store them as a cube with a spectral axis ([docs/observing.md](observing.md)).",
         keys: spectrograph::KEYS,
         kinds: Vec::new,
         catalogues: &[],
@@ -193,7 +193,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[display]",
         path: "display",
-        text: "Palette and stretch of pictures; they never touch the radiance.",
+        text: "Palette and stretch of display pictures; radiances do not depend on them.",
         keys: display::KEYS,
         kinds: Vec::new,
         catalogues: &[("Palettes", "palettes"), ("Stretches", "stretches")],
@@ -201,7 +201,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[display.glare]",
         path: "display.glare",
-        text: "What a telescope or an eye makes of bright points in a picture: spikes, rings, a halo, seeing. It is spread in linear light over all that the picture shows; radiances stay what they are.",
+        text: "Glare of bright points by a telescope or an eye: spikes, rings, a halo, seeing. It is applied to linear display colours; radiances do not depend on it.",
         keys: glare::KEYS,
         kinds: Vec::new,
         catalogues: &[("Optics", "optics")],
@@ -209,7 +209,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[observation]",
         path: "observation",
-        text: "Where on the sky the picture is taken: images then have world coordinates (RA and Dec or Galactic; TAN, ARC of a dome, CAR of an image of all around), and FITS files the unit that is asked for. Nothing that is rendered depends on it; other files hold radiances.",
+        text: "Sky position of the image and unit of FITS files. Images then have world coordinates (equatorial or Galactic; projection TAN, ARC for domes, CAR for 360° images). Radiances do not depend on it; other files have radiances.",
         keys: observation::KEYS,
         kinds: Vec::new,
         catalogues: &[],
@@ -217,7 +217,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[instrument]",
         path: "instrument",
-        text: "What records the picture: a telescope, the air, a detector and its noise. `barnard observe` makes frames of counts and a master of it, with errors and a mask ([docs/observing.md](observing.md)); `barnard render` shows what is there.",
+        text: "Telescope, atmosphere and detector with noise. `barnard observe` writes frames of counts and a master with errors and a mask ([docs/observing.md](observing.md)); `barnard render` ignores it.",
         keys: instrument::KEYS,
         kinds: Vec::new,
         catalogues: &[("Instruments", "instruments")],
@@ -225,7 +225,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[[instrument.psf]]",
         path: "instrument.psf",
-        text: "What spreads the light of a point: several act one after the other. Where there is none, the preset's, or diffraction alone.",
+        text: "Point-spread functions, applied in sequence. Default: those of the preset, otherwise diffraction.",
         keys: &[],
         kinds: || kinds(psf::KINDS),
         catalogues: &[],
@@ -233,7 +233,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[output]",
         path: "output",
-        text: "What files hold beside the picture, and how. Layers say what its light comes from and where: `scattered`, `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture, `depth` and `tau` ([docs/shows.md](shows.md)).",
+        text: "Layers and encoding of output files. Layers separate the light by origin: `scattered`, `emission.NAME` of each gas, `background` and `stars`, whose sum is the picture; also `depth` and `tau` ([docs/shows.md](shows.md)).",
         keys: output::KEYS,
         kinds: Vec::new,
         catalogues: &[],
@@ -241,7 +241,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[method]",
         path: "method",
-        text: "How spectral integrals are done.",
+        text: "Method of spectral integrals.",
         keys: method::KEYS,
         kinds: Vec::new,
         catalogues: &[("Methods", "methods")],
@@ -249,7 +249,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[[animation]]",
         path: "animation",
-        text: "A key of the scene that changes from moment to moment: a star's temperature, the dust's scale, the white of the picture. Numbers go from key to key, with units and in lists too; whatever else can be said changes in steps.",
+        text: "An animated key of the scene, such as a star's temperature, the dust's scale or the white level. Numbers are interpolated, with units and in lists; other values change in steps.",
         keys: animation::TRACK,
         kinds: Vec::new,
         catalogues: &[("Interpolations", "interpolations")],
@@ -257,7 +257,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[sequence]",
         path: "sequence",
-        text: "Which moments of a scene that changes become frames; `barnard render --frames` renders them.",
+        text: "Frames of an animated scene; `barnard render --frames` renders them.",
         keys: animation::SEQUENCE,
         kinds: Vec::new,
         catalogues: &[],

@@ -8,21 +8,16 @@ use crate::image::SpectralAxis;
 use crate::properties::{Key, Section};
 
 pub(super) const KEYS: &[Key] = &[
-    Key::required("low", "wavelength", "where the first channel begins"),
-    Key::required("high", "wavelength", "where the last channel ends"),
-    Key::required("count", "integer", "the number of channels, of equal widths in wavelength, up to 4096"),
+    Key::required("low", "wavelength", "lower edge of the first channel"),
+    Key::required("high", "wavelength", "upper edge of the last channel"),
+    Key::required("count", "integer", "number of channels of equal width in wavelength, up to 4096"),
     Key::optional(
         "resolving_power",
         "number",
         "none",
-        "wavelength over the full width at half maximum of a line, a Gaussian; without it a channel sees what lies within it alone",
+        "resolving power: wavelength over the full width at half maximum of a Gaussian line; by default channels have sharp edges",
     ),
-    Key::optional(
-        "rest_wavelength",
-        "wavelength",
-        "the only line in range",
-        "of the line, in vacuum, that readers of the cube tell velocities from (RESTWAV)",
-    ),
+    Key::optional("rest_wavelength", "wavelength", "the only line in range", "vacuum wavelength of the line for velocities (RESTWAV)"),
 ];
 
 /// Most channels.
@@ -75,9 +70,9 @@ pub(super) fn build(section: &Section) -> Result<Spectrograph> {
     section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
     let (low, high) = (section.need_positive::<Wavelength>("low")?.0, section.need_positive::<Wavelength>("high")?.0);
     if high <= low {
-        return Err(section.error("high", "the last channel must end at a longer wavelength than the first begins"));
+        return Err(section.error("high", "high must exceed low"));
     }
-    let missing = || section.error("count", "key \"count\" is missing; write it like count = 200");
+    let missing = || section.error("count", "key \"count\" is required; write it like count = 200");
     let count = section.integer("count", 1..=MAX_CHANNELS)?.ok_or_else(missing)? as usize;
     let step_um = (high - low) / count as f64;
     let rest_um = section.positive::<Wavelength>("rest_wavelength")?.map(|rest| rest.0);

@@ -79,10 +79,14 @@ impl Star {
     /// Refuses numbers that no star has.
     pub(super) fn check(&self) -> Result<()> {
         if !self.position.is_finite() {
-            return Err(Error::value("position", self.position, "a place: coordinates are numbers"));
+            return Err(Error::out_of_range("position", self.position, "finite"));
         }
         if !self.spectrum.is_light() {
-            return Err(Error::value("spectrum", &self.name, "one of finite numbers; temperature and luminosity are above zero"));
+            return Err(Error::out_of_range(
+                "spectrum",
+                format!("not finite for {}", self.name),
+                "finite; temperature and luminosity must be above zero",
+            ));
         }
         Ok(())
     }
@@ -100,7 +104,8 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
         build: |section, _| {
             let temperature = section.need_positive::<Temperature>("temperature")?;
             if !TEMPERATURES.contains(&temperature.0) {
-                let message = format!("{temperature} lies outside of {:e} to {:e} K", TEMPERATURES.start(), TEMPERATURES.end());
+                let message =
+                    format!("{temperature} is out of range; it must be between {:e} and {:e} K", TEMPERATURES.start(), TEMPERATURES.end());
                 return Err(section.error("temperature", message));
             }
             Ok(StarShape::BlackBody(temperature))
@@ -108,16 +113,16 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     },
     Kind {
         name: "stellar",
-        summary: "the spectrum of a type of star (library of Pickles 1998, interpolated between its types)",
-        keys: &[Key::required("type", "text", "spectral type, such as \"O9.5V\" or \"K0 III\", of the catalogue `stars`").of("stars")],
+        summary: "spectrum of a spectral type (library of Pickles 1998, interpolated between types)",
+        keys: &[Key::required("type", "text", "spectral type in the catalogue `stars`, such as \"O9.5V\" or \"K0 III\"").of("stars")],
         build: |section, _| Ok(StarShape::Table(section.wrap("type", sed::star(section.need_text("type")?))?)),
     },
     Kind {
         name: "atmosphere",
-        summary: "a hot star by temperature and gravity (model atmospheres of Kurucz 1993, 10000 to 50000 K)",
+        summary: "model atmosphere of a hot star (Kurucz 1993, 10000 to 50000 K)",
         keys: &[
             Key::required("temperature", "temperature", "effective temperature, 10000 to 50000 K"),
-            Key::optional("log_g", "number", "4.5", "surface gravity, the decadic logarithm of cm s-2; the hotter, the higher it must be"),
+            Key::optional("log_g", "number", "4.5", "surface gravity, log10 of cm s-2; hotter stars require higher values"),
         ],
         build: |section, _| {
             let temperature = section.need_positive::<Temperature>("temperature")?;
@@ -131,11 +136,12 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
         summary: "(lambda/reference)^exponent",
         keys: &[
             Key::required("exponent", "number", "exponent in wavelength"),
-            Key::optional("reference", "wavelength", "550 nm", "where it is one"),
+            Key::optional("reference", "wavelength", "550 nm", "wavelength of strength 1"),
         ],
         build: |section, _| {
             let exponent = section.number("exponent", -50.0..=50.0)?;
-            let exponent = exponent.ok_or_else(|| section.error("exponent", "key \"exponent\" is missing; write it like exponent = -2"))?;
+            let exponent =
+                exponent.ok_or_else(|| section.error("exponent", "key \"exponent\" is required; write it like exponent = -2"))?;
             let reference = section.positive::<Wavelength>("reference")?.unwrap_or(Wavelength(0.55));
             Ok(StarShape::Other(Arc::new(PowerLaw { reference, exponent })))
         },
@@ -148,7 +154,9 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
             let file = section.need_text("file")?;
             let table = curve::read(section, "file", Ordinate::FluxDensity, inputs)?.table;
             if let Some(i) = table.y().iter().position(|f| *f < 0.0) {
-                return Err(section.error("file", format!("{file}: flux is negative at {:.4} um; light is not", table.x()[i])));
+                return Err(
+                    section.error("file", format!("{file}: the flux is negative at {:.4} um; it must be at least zero", table.x()[i]))
+                );
             }
             Ok(StarShape::Table(Arc::new(table)))
         },
@@ -159,29 +167,34 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
 pub(super) const KEYS: &[Key] = &[
     Key::optional("name", "text", "star N", "its name"),
     Key::required("position", "position", "where it is"),
-    Key::optional("visible", "boolean", "true", "whether the star itself is drawn, as an unresolved source"),
-    Key::optional("luminosity", "luminosity", "one scale is needed", "bolometric luminosity"),
-    Key::optional("radius", "length", "one scale is needed", "radius, for black bodies and atmospheres, such as \"9.9 Rsun\""),
-    Key::optional("spectral_luminosity", "spectral luminosity", "one scale is needed", "luminosity per wavelength at `wavelength`"),
-    Key::optional("wavelength", "wavelength", "550 nm", "where spectral_luminosity holds"),
+    Key::optional("visible", "boolean", "true", "draw the star itself as an unresolved source"),
+    Key::optional("luminosity", "luminosity", "exactly one scale is required", "bolometric luminosity"),
+    Key::optional("radius", "length", "exactly one scale is required", "radius, for black bodies and atmospheres, such as \"9.9 Rsun\""),
+    Key::optional(
+        "spectral_luminosity",
+        "spectral luminosity",
+        "exactly one scale is required",
+        "luminosity per wavelength at `wavelength`",
+    ),
+    Key::optional("wavelength", "wavelength", "550 nm", "wavelength of spectral_luminosity"),
     Key::optional(
         "magnitude",
         "magnitude",
-        "one scale is needed",
-        "apparent magnitude in `magnitude_band` at `distance`, behind the `extinction` on the way",
+        "exactly one scale is required",
+        "apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`",
     ),
-    Key::optional("extinction", "magnitude", "0", "A_V of the dust between the star and who measured its magnitude; it is taken off"),
-    Key::optional("extinction_law", "text", "gordon23", "the law of that dust, with R_V = 3.1 where it has one").of("laws"),
+    Key::optional("extinction", "magnitude", "0", "A_V between the star and the observer of its magnitude; it is removed"),
+    Key::optional("extinction_law", "text", "gordon23", "extinction law of that dust, with R_V = 3.1 where it applies").of("laws"),
     Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband").of("passbands"),
-    Key::optional("distance", "length", "needed with magnitude", "where the magnitude was seen from"),
-    Key::optional("magnitude_system", "text", "vega; required for passbands whose magnitudes are not", "vega or ab"),
+    Key::optional("distance", "length", "needed with magnitude", "distance of the observer of the magnitude"),
+    Key::optional("magnitude_system", "text", "vega; required for passbands without conventional Vega magnitudes", "vega or ab"),
 ];
 
 pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Star> {
     let shape = build_kind_with("spectrum", SPECTRA, KEYS, section, inputs)?;
     let spectrum = section.wrap("kind", sed::scaled(shape, &scale(section)?))?;
     Ok(Star {
-        name: section.text("name")?.map_or_else(|| format!("star {}", section.name()), str::to_owned),
+        name: section.text("name")?.unwrap_or(section.name()).to_owned(),
         position: section.need_position("position")?,
         spectrum,
         visible: section.flag("visible")?.unwrap_or(true),
@@ -193,7 +206,7 @@ fn scale(section: &Section) -> Result<Scale> {
     const WAYS: [&str; 4] = ["luminosity", "radius", "spectral_luminosity", "magnitude"];
     let given: Vec<&str> = WAYS.into_iter().filter(|w| section.has(w)).collect();
     let [way] = given[..] else {
-        let message = format!("a star needs exactly one of {}; it has {}", WAYS.join(", "), given.len());
+        let message = format!("a star requires exactly one of {}; this one has {}", WAYS.join(", "), given.len());
         return Err(section.error(given.first().unwrap_or(&"luminosity"), message));
     };
     if way != "spectral_luminosity" {
@@ -232,7 +245,7 @@ pub(super) fn magnitude_system(section: &Section, bands: &[&Passband]) -> Result
     match bands.iter().find(|band| family(band.name()).is_some_and(|family| !family.is_vega)) {
         Some(band) => {
             let message =
-                format!("magnitudes in {} are not Vega magnitudes by convention: write magnitude_system = \"ab\" or \"vega\"", band.name());
+                format!("magnitudes in {} are not Vega magnitudes by convention; write magnitude_system = \"ab\" or \"vega\"", band.name());
             Err(section.error("magnitude_system", message))
         }
         None => Ok(MagnitudeSystem::Vega),
@@ -246,7 +259,7 @@ fn foreground(section: &Section) -> Result<Option<Foreground>> {
     }
     let extinction = section.need::<Magnitude>("extinction")?;
     if extinction.0 < 0.0 {
-        return Err(section.error("extinction", "an extinction is at least 0 mag: dust takes light away"));
+        return Err(section.error("extinction", "an extinction must be at least 0 mag"));
     }
     let law = section.text("extinction_law")?.unwrap_or("gordon23");
     Ok(Some(Foreground { extinction, law: Arc::new(section.wrap("extinction_law", Extinction::named(law))?) }))

@@ -17,12 +17,12 @@ use crate::properties::{Key, Origin, Place, Property, Section, Table, Value};
 /// Keys of its own, and those of `[[star]]` that are most often the same for all of its stars; the others may stand
 /// here too.
 pub(super) const KEYS: &[Key] = &[
-    Key::required("file", "path", "the CSV: a line of column names, then a star in each row"),
-    Key::optional("columns", "list of texts", "all that are keys of [[star]]", "which columns are read, beside x, y and z"),
-    Key::optional("visible", "boolean", "true", "whether the stars themselves are drawn"),
-    Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband, for a column of magnitudes").of("passbands"),
-    Key::optional("distance", "length", "needed with magnitudes", "where magnitudes were seen from"),
-    Key::optional("magnitude_system", "text", "vega; required for passbands whose magnitudes are not", "vega or ab"),
+    Key::required("file", "path", "CSV file with a header and one star per row"),
+    Key::optional("columns", "list of texts", "all keys of [[star]]", "columns to read in addition to x, y and z"),
+    Key::optional("visible", "boolean", "true", "draw the stars themselves"),
+    Key::optional("magnitude_band", "text", "johnson-V", "embedded passband of a magnitude column").of("passbands"),
+    Key::optional("distance", "length", "needed with magnitudes", "distance of the observer of the magnitudes"),
+    Key::optional("magnitude_system", "text", "vega; required for passbands without conventional Vega magnitudes", "vega or ab"),
 ];
 
 /// Most stars of a table: of more, frames grow with the stars.
@@ -60,7 +60,7 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
     let known: Vec<&str> = ["file", "columns"].into_iter().chain(keys().map(|key| key.name)).collect();
     section.check_keys(&known)?;
     if section.text("kind")? == Some(OF_FILE) {
-        return Err(section.error("kind", "stars of a table have no spectra of files; write such a star as [[star]]"));
+        return Err(section.error("kind", "star tables do not support spectra from files; write such a star as [[star]]"));
     }
     let file = section.need_text("file")?;
     let table = section.wrap("file", inputs.table(file, MAX_ROWS))?;
@@ -143,7 +143,7 @@ impl Rows<'_> {
                 return Err(self.wrong(line, format!("has two columns \"{name}\"")));
             }
             if self.section.has(&name) {
-                let message = format!("\"{name}\" is a column of {} too; leave one of them out", self.file);
+                let message = format!("\"{name}\" is also a column of {}; remove one", self.file);
                 return Err(self.section.error(&name, message));
             }
             columns.push(Column { index, name, unit: unit.map(str::to_owned), kind });
@@ -151,16 +151,15 @@ impl Rows<'_> {
         let found = |name: &str| columns.iter().find(|column| column.name == name);
         if let Some(missing) = PLACE.into_iter().find(|name| found(name).is_none()) {
             let named: Vec<&str> = head.iter().map(String::as_str).collect();
-            return Err(
-                self.wrong(line, format!("has no column \"{missing}\" ({}); write x, y, z, with a unit like \"x [pc]\"", named.join(", ")))
-            );
+            return Err(self
+                .wrong(line, format!("has no column \"{missing}\" ({}); add x, y and z, with a unit like \"x [pc]\"", named.join(", "))));
         }
         if let Some(missing) = asked.iter().flatten().find(|name| found(name).is_none()) {
-            return Err(self.section.error("columns", format!("{} has no column \"{missing}\" that a star could say", self.file)));
+            return Err(self.section.error("columns", format!("{} has no column \"{missing}\" of a star", self.file)));
         }
         let units: Vec<_> = PLACE.into_iter().filter_map(found).map(|column| &column.unit).collect();
         if units.iter().any(|unit| *unit != units[0]) {
-            return Err(self.wrong(line, "has x, y and z in different units; write them in one"));
+            return Err(self.wrong(line, "has x, y and z in different units; use one"));
         }
         Ok(columns)
     }
@@ -185,10 +184,7 @@ impl Rows<'_> {
             let number = cell(column).parse::<f64>().ok().filter(|number| number.is_finite());
             let wrong = || {
                 let (name, cell) = (&column.name, cell(column));
-                self.wrong(
-                    row.line,
-                    format!("{name} = \"{cell}\" is not a number; its unit stands behind the name of its column, like \"{name} [pc]\""),
-                )
+                self.wrong(row.line, format!("{name} = \"{cell}\" is not a number; write units in the column name, like \"{name} [pc]\""))
             };
             place.push(number.ok_or_else(wrong)?.to_string());
         }
@@ -196,7 +192,7 @@ impl Rows<'_> {
         place.push(unit.unwrap_or(PLACE_UNIT).to_owned());
         let said = |value| Property { value, origin: self.origin(row.line) };
         let mut table = Table::new(self.origin(row.line));
-        table.insert("name", said(Value::Text(format!("star {} of table {}", row.number, self.section.name()))));
+        table.insert("name", said(Value::Text(format!("{}[{}]", self.section.name(), row.number - 1))));
         for (key, property) in constant {
             table.insert(*key, said(property.value.clone()));
         }

@@ -25,22 +25,10 @@ pub struct PaletteEntry {
 
 /// All palettes; a user matrix is given in the scene itself.
 pub const PALETTES: &[PaletteEntry] = &[
-    PaletteEntry {
-        name: "natural",
-        summary: "each band in the colour the eye gives its passband (CIE 1931); cie-xyz is exact",
-        build: natural,
-    },
-    PaletteEntry {
-        name: "rgb",
-        summary: "bands by wavelength: the reddest third in red, the middle in green, the bluest in blue",
-        build: rgb,
-    },
+    PaletteEntry { name: "natural", summary: "natural colours of the passbands (CIE 1931); exact for cie-xyz", build: natural },
+    PaletteEntry { name: "rgb", summary: "bands by wavelength: longest third red, middle green, shortest blue", build: rgb },
     PaletteEntry { name: "sho", summary: "Hubble palette: [S II] red, H-alpha green, [O III] blue; needs three bands", build: sho },
-    PaletteEntry {
-        name: "hoo",
-        summary: "H-alpha red, [O III] green and blue; of two bands, or of the two of those lines among more",
-        build: hoo,
-    },
+    PaletteEntry { name: "hoo", summary: "H-alpha red, [O III] green and blue; needs these two bands", build: hoo },
     PaletteEntry { name: "grey", summary: "the mean of all bands", build: |bands| Ok(Palette::grey(bands.len()).columns) },
 ];
 
@@ -86,7 +74,7 @@ fn natural(bands: &[Passband]) -> Result<Vec<[f64; 3]>> {
         .collect();
     let brightest = columns.iter().flatten().fold(0.0, |m: f64, v| m.max(*v));
     if brightest < 1e-6 {
-        let message = "palette \"natural\" shows nothing: no passband of the scene lies in the visible; use palette = \"rgb\"";
+        let message = "palette \"natural\" requires a visible passband, but the scene has none; use palette = \"rgb\"";
         return Err(SpectraError::Palette(message.into()));
     }
     Ok(columns)

@@ -41,7 +41,7 @@ impl PartialEq for StretchEntry {
 pub const STRETCHES: &[StretchEntry] = &[
     StretchEntry {
         name: "asinh",
-        summary: "asinh(s x)/asinh(s), s = 30 unless given: faint and bright at once (default)",
+        summary: "asinh(s x)/asinh(s), s = 30 by default: faint and bright parts together (default)",
         default_strength: 30.0,
         range: (1e-3, 1e9),
         curve: |x, s| (s * x).asinh() / s.asinh(),
@@ -49,14 +49,14 @@ pub const STRETCHES: &[StretchEntry] = &[
     StretchEntry { name: "linear", summary: "as it is", default_strength: 1.0, range: (0.0, f64::MAX), curve: |x, _| x },
     StretchEntry {
         name: "log",
-        summary: "ln(1 + s x)/ln(1 + s), s = 1000 unless given",
+        summary: "ln(1 + s x)/ln(1 + s), s = 1000 by default",
         default_strength: 1000.0,
         range: (1e-3, 1e9),
         curve: |x, s| (s * x).ln_1p() / s.ln_1p(),
     },
     StretchEntry {
         name: "midtone",
-        summary: "midtone transfer with midtone m = 0.1 unless given",
+        summary: "midtone transfer with midtone m = 0.1 by default",
         default_strength: 0.1,
         range: (1e-6, 1.0 - 1e-6),
         curve: |x, m| (m - 1.0) * x / ((2.0 * m - 1.0) * x - m),

@@ -159,7 +159,7 @@ impl Columns {
             let row = dialect.row(text).ok_or_else(|| not_a_row(name, *line, text))?;
             let width = columns.rows.first().map_or(row.len(), |(_, first)| first.len());
             if row.len() != width {
-                let reason = format!("line {line} has {} numbers, the rows above it have {width}; numbers need a decimal point", row.len());
+                let reason = format!("line {line} has {} numbers, the rows above {width}; use decimal points", row.len());
                 return Err(SpectraError::table(name, reason));
             }
             columns.rows.push((*line, row));
@@ -191,10 +191,7 @@ impl Columns {
         }
         for (place, (line, text)) in head.into_iter().skip(first).enumerate() {
             let cells = head_cells(text, dialect, width).ok_or_else(|| {
-                SpectraError::table(
-                    name,
-                    format!("line {line} does not have {width} names as the rows have numbers: \"{}\"", clipped(text)),
-                )
+                SpectraError::table(name, format!("line {line} must have {width} names, one per column: \"{}\"", clipped(text)))
             })?;
             for (column, cell) in columns.iter_mut().zip(cells) {
                 if place == 0 {
@@ -306,7 +303,7 @@ fn not_a_row(name: &str, line: usize, text: &str) -> SpectraError {
     SpectraError::table(
         name,
         format!(
-            "line {line} is not a row of numbers: \"{}\"; write decimal points, and separate columns by commas, semicolons, tabs or blanks",
+            "line {line} is not a row of numbers: \"{}\"; use decimal points, and separate columns with commas, semicolons, tabs or blanks",
             clipped(text)
         ),
     )

@@ -41,7 +41,7 @@ impl Axis {
         for (cell, words) in cells.iter().flat_map(|cell| cell.units.iter().map(move |words| (cell, words))) {
             match (AxisUnit::parse(words), &unit) {
                 (Some(own), Some(known)) if !own.is(known) => {
-                    return Err(refuse(format!("states both {} and {} for its spectral axis; correct one of them", known.name, own.name)));
+                    return Err(refuse(format!("has both {} and {} for its spectral axis; correct one of them", known.name, own.name)));
                 }
                 (Some(own), _) => unit = Some(own),
                 (None, _) if cell.is_tied => return Err(unknown(words)),
@@ -50,14 +50,11 @@ impl Axis {
         }
         match (quantity, &unit) {
             (Some(stated), Some(unit)) if unit.quantity() != stated => {
-                Err(refuse(format!("names a {} and gives it in {}; correct the header", word(stated), unit.name)))
+                Err(refuse(format!("has a {} in {}; correct the header", word(stated), unit.name)))
             }
-            (Some(stated), None) if stated != AxisQuantity::Wavelength => Err(refuse(format!(
-                "names a {} without its unit; add one such as \"{} [{}]\"",
-                word(stated),
-                word(stated),
-                example(stated)
-            ))),
+            (Some(stated), None) if stated != AxisQuantity::Wavelength => {
+                Err(refuse(format!("has a {} without a unit; add one such as \"{} [{}]\"", word(stated), word(stated), example(stated))))
+            }
             _ => Ok(Self { column, unit, is_air }),
         }
     }

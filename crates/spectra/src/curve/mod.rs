@@ -85,10 +85,10 @@ impl SpectralCurve {
             let (number, value) = (row[axis.column], row[ordinate]);
             let lambda_um = unit.wavelength_um(number);
             if !(lambda_um.is_finite() && lambda_um > 0.0 && number > 0.0) {
-                return Err(refuse(format!("line {line}: {number} {} is no wavelength; a wavelength is a number above zero", unit.name)));
+                return Err(refuse(format!("line {line}: {number} {} is out of range; a wavelength must be above zero", unit.name)));
             }
             if !value.is_finite() {
-                return Err(refuse(format!("line {line}: column {} holds {value}; it must be a finite number", shown(&head, ordinate))));
+                return Err(refuse(format!("line {line}: column {} has {value}; it must be finite", shown(&head, ordinate))));
             }
             let lambda_um = if axis.is_air { crate::air::vacuum_um(lambda_um) } else { lambda_um };
             samples.push((*line, lambda_um, value * scale.factor(lambda_um)));
@@ -98,7 +98,7 @@ impl SpectralCurve {
         }
         if let Some(pair) = samples.windows(2).find(|pair| pair[1].1 <= pair[0].1) {
             let (line, order) = (pair[0].0.max(pair[1].0), if pair[0].1 == pair[1].1 { "repeats a wavelength" } else { "is out of order" });
-            return Err(refuse(format!("line {line} {order}; wavelengths must all ascend or all descend, each once")));
+            return Err(refuse(format!("line {line} {order}; wavelengths must strictly ascend or descend")));
         }
         let (x, y) = samples.iter().map(|(_, lambda_um, value)| (*lambda_um, *value)).unzip();
         let table = Table::new(name, x, y)?;
@@ -106,7 +106,7 @@ impl SpectralCurve {
         if low < POSSIBLE_UM[0] || high > POSSIBLE_UM[1] {
             let quantity = word(unit.quantity());
             return Err(refuse(format!(
-                "its {quantity} in {} would be wavelengths of {low:.3e} to {high:.3e} um; correct the unit",
+                "its {quantity} in {} corresponds to wavelengths of {low:.3e} to {high:.3e} um; correct the unit",
                 unit.name
             )));
         }
@@ -139,7 +139,7 @@ impl std::fmt::Display for Origin {
         f.write_str(match self {
             Origin::Key => "by the key unit",
             Origin::File => "stated in the file",
-            Origin::Range => "inferred: the file states no unit, and in no other would all rows lie between 90 nm and 30 um",
+            Origin::Range => "inferred: the file has no unit, and only this one puts all rows between 90 nm and 30 um",
         })
     }
 }
@@ -147,14 +147,14 @@ impl std::fmt::Display for Origin {
 /// The unit of the spectral axis: the key's, the file's, or the only one that its numbers allow.
 fn unit(name: &str, columns: &Columns, axis: &Axis, key: Option<&str>) -> Result<(AxisUnit, Origin)> {
     let refuse = |reason: String| SpectraError::table(name, reason);
-    const REMEDY: &str = "write unit = \"angstrom\", \"nm\" or \"um\" next to the file";
+    const REMEDY: &str = "add unit = \"angstrom\", \"nm\" or \"um\" to the scene";
     if let Some(key) = key {
         let wanted = AxisUnit::parse(key).ok_or_else(|| {
-            refuse(format!("unit = \"{key}\" is no unit of wavelength, wavenumber, frequency or photon energy; {REMEDY}"))
+            refuse(format!("unit = \"{key}\" is not a unit of wavelength, wavenumber, frequency or photon energy; {REMEDY}"))
         })?;
         return match &axis.unit {
             Some(own) if !own.is(&wanted) => {
-                Err(refuse(format!("the file states {}, the key unit {}; correct one of them", own.name, wanted.name)))
+                Err(refuse(format!("the file has {}, the key unit {}; correct one of them", own.name, wanted.name)))
             }
             _ => Ok((wanted, Origin::Key)),
         };
@@ -171,11 +171,11 @@ fn unit(name: &str, columns: &Columns, axis: &Axis, key: Option<&str>) -> Result
             0 => "which is an optical wavelength in none".to_owned(),
             _ => format!("which may be {}", fitting.iter().map(|unit| unit.name.as_str()).collect::<Vec<_>>().join(" or ")),
         };
-        return Err(refuse(format!("states no unit of wavelength, and its first column runs from {low} to {high}, {which}; {REMEDY}")));
+        return Err(refuse(format!("has no unit of wavelength, and its first column ranges from {low} to {high}, {which}; {REMEDY}")));
     };
     if let Some((line, other)) = axis.contradiction(columns, only) {
         return Err(refuse(format!(
-            "states no unit of wavelength next to a column, its numbers look like {}, but the comment in line {line} mentions {}; {REMEDY}",
+            "has no unit of wavelength at a column; its numbers look like {}, but the comment in line {line} mentions {}; {REMEDY}",
             only.name, other.name
         )));
     }
@@ -203,7 +203,7 @@ fn ordinate_column(name: &str, columns: &Columns, axis: &Axis, options: CurveOpt
         _ => {
             let line = columns.rows.first().map_or(1, |(line, _)| *line);
             Err(refuse(format!(
-                "line {line}: rows have {} numbers where a {} curve has two; choose one with column = \"NAME\" or column = \"2\" out of {}",
+                "line {line}: rows have {} numbers, a {} curve needs two; select a column with column = \"NAME\" or column = \"2\" out of {}",
                 heads.len(),
                 options.ordinate.name(),
                 listed()

@@ -89,19 +89,19 @@ impl Ordinate {
                 } else if plain || (self == Ordinate::Throughput && electrons.contains(&unit.to_lowercase().as_str())) || !is_unit_like(unit) {
                     Ok(Scale::ONE)
                 } else {
-                    Err(format!("a {} has no unit \"{unit}\"; it is a fraction or in percent", self.name()))
+                    Err(format!("a {} in \"{unit}\" is unsupported; use a fraction or percent", self.name()))
                 }
             }
             Ordinate::FluxDensity if plain => flux_by_name(&name),
             Ordinate::FluxDensity => flux_density(unit).ok_or_else(|| {
-                format!("unknown unit \"{unit}\" of a flux density; known are such as erg/s/cm2/angstrom, W/m2/um, FLAM, Jy, FNU, photons/s/cm2/angstrom and PHOTLAM")
+                format!("unknown unit \"{unit}\" of a flux density; use one such as erg/s/cm2/angstrom, W/m2/um, FLAM, Jy, FNU, photons/s/cm2/angstrom or PHOTLAM")
             }),
             Ordinate::StrengthPerNm => match unit.to_lowercase().replace(' ', "").as_str() {
                 _ if plain => Ok(Scale::ONE),
                 "/nm" | "1/nm" | "nm-1" | "nm^-1" => Ok(Scale::ONE),
                 "/um" | "1/um" | "um-1" | "um^-1" => Ok(Scale { size: 1e-3, power: 0, words: "per um" }),
                 "/angstrom" | "1/angstrom" | "angstrom-1" | "/a" | "1/a" | "a-1" => Ok(Scale { size: 10.0, power: 0, words: "per angstrom" }),
-                _ => Err(format!("a strength has no unit \"{unit}\"; it is per nm, um or angstrom, times the key scale")),
+                _ => Err(format!("a strength in \"{unit}\" is unsupported; use per nm, um or angstrom, times the key scale")),
             },
         }
     }
@@ -112,7 +112,7 @@ fn flux_by_name(name: &str) -> Result<Scale, String> {
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).collect();
     let has = |known: &[&str]| known.contains(&plain.as_str());
     if name.split(|c: char| !c.is_alphanumeric()).any(|word| ["mag", "mags", "abmag", "stmag", "magnitude"].contains(&word)) {
-        return Err("magnitudes are no flux density; convert them first".into());
+        return Err("magnitudes are not a flux density; convert them first".into());
     }
     if has(&["fnu", "fluxnu", "lnu", "fν", "flux_nu"]) {
         return Ok(PER_FREQUENCY);

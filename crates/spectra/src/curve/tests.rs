@@ -69,12 +69,12 @@ fn missing_units_are_inferred_or_refused() {
     for (head, per_nm, words) in [
         ("", 10.0, "angstrom or nm"),
         ("", 0.1, "in none"),
-        ("frequency_Hz,t\n", 1.0, "would be wavelengths"),
+        ("frequency_Hz,t\n", 1.0, "corresponds to wavelengths"),
         ("", 1e-9, "in none"),
         ("lambda [furlong],t\n", 1.0, "furlong"),
         ("wavelength_furlong,t\n", 1.0, "furlong"),
         ("wavelength [nm vac],t\n", 1.0, "nm vac"),
-        ("frequency_Hz,t\n", -1.0, "no wavelength"),
+        ("frequency_Hz,t\n", -1.0, "must be above zero"),
         ("frequency,t\n", 1.0, "frequency"),
         ("frequency_nm,t\n", 1.0, "frequency"),
         ("# Wavelengths are in Angstrom\n", 1.0, "line 1"),
@@ -93,7 +93,7 @@ fn keys_state_unit_and_column() {
     let svo = SpectralCurve::parse("t", &triangle("", 10.0), options(Some("Å"), None)).unwrap();
     assert!((area_um(&svo) / 0.04 - 1.0).abs() < 1e-12 && !svo.is_inferred);
     let wrong = |head: &str, unit| SpectralCurve::parse("t", &triangle(head, 1.0), options(Some(unit), None)).unwrap_err().to_string();
-    assert!(wrong("wave_nm,t\n", "um").contains("states nm"));
+    assert!(wrong("wave_nm,t\n", "um").contains("has nm"));
     assert!(wrong("", "furlong").contains("furlong"));
     let three = "nm,id,filter_a,filter_b\n500,1,0.1,0.2\n600,1,0.3,0.4\n";
     let of = |column| SpectralCurve::parse("t", three, options(None, column));

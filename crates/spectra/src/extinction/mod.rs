@@ -17,7 +17,29 @@ use std::borrow::Cow;
 
 use crate::error::{Result, SpectraError};
 
-/// A shape of extinction over wavelength.
+/// Extinction curve.
+///
+/// # Examples
+/// Extinction proportional to λ^-1.5:
+///
+/// ```
+/// use spectra::extinction::{Extinction, ExtinctionLaw};
+///
+/// #[derive(Debug)]
+/// struct PowerLaw;
+///
+/// impl ExtinctionLaw for PowerLaw {
+///     fn k(&self, lambda_um: f64) -> f64 {
+///         (lambda_um / 0.55).powf(-1.5)
+///     }
+///     fn range_um(&self) -> (f64, f64) {
+///         (0.1, 5.0)
+///     }
+/// }
+///
+/// let law = Extinction::new("power law", PowerLaw);
+/// assert!((law.k(0.55) - 1.0).abs() < 1e-12);
+/// ```
 pub trait ExtinctionLaw: std::fmt::Debug + Send + Sync {
     /// Extinction relative to V, k(λ) = A(λ)/A(V) \[1\]; λ \[µm\] within [`Self::range_um`].
     fn k(&self, lambda_um: f64) -> f64;
@@ -119,7 +141,7 @@ impl Extinction {
             (Maker::Fixed(make), None) => (make()?, None),
             (Maker::Fixed(_), Some(_)) => {
                 return Err(SpectraError::Law(format!(
-                    "extinction law \"{name}\" takes no r_v: leave it out or choose ccm89, odonnell94, fitzpatrick99 or gordon23"
+                    "extinction law \"{name}\" does not support r_v; remove it or use ccm89, odonnell94, fitzpatrick99 or gordon23"
                 )));
             }
         };
@@ -145,7 +167,7 @@ impl Extinction {
         // Ranges are published with few digits: a part in 10⁹ is rounding, not extrapolation.
         if low_um < low * (1.0 - 1e-9) || high_um > high * (1.0 + 1e-9) {
             return Err(SpectraError::Reach(format!(
-                "{what} covers {:.6} to {:.6} um, but extinction law \"{}\" is valid from {low:.6} to {high:.6} um only; choose a law that reaches further, such as {}",
+                "{what} covers {:.6} to {:.6} um, but extinction law \"{}\" is valid only from {low:.6} to {high:.6} um; use a law with a wider range, such as {}",
                 low_um,
                 high_um,
                 self.name,

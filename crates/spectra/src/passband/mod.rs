@@ -30,6 +30,7 @@ use crate::units::Wavelength;
 
 /// The quantity that a detector counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Counting {
     /// The detector counts energy: R = T.
     Energy,
@@ -59,7 +60,33 @@ impl Counting {
     }
 }
 
-/// A throughput curve T(λ), which can be implemented outside of this crate.
+/// Throughput curve T(λ).
+///
+/// # Examples
+/// A triangular filter from 0.5 to 0.7 µm:
+///
+/// ```
+/// use spectra::passband::{Counting, Curve, Passband};
+///
+/// #[derive(Debug)]
+/// struct Triangle;
+///
+/// impl Curve for Triangle {
+///     fn throughput(&self, lambda_um: f64) -> f64 {
+///         (1.0 - (lambda_um - 0.6).abs() / 0.1).max(0.0)
+///     }
+///     fn support_um(&self) -> (f64, f64) {
+///         (0.5, 0.7)
+///     }
+///     fn breakpoints_um(&self) -> Vec<f64> {
+///         vec![0.5, 0.6, 0.7]
+///     }
+/// }
+///
+/// let passband = Passband::new("triangle", Counting::Energy, Triangle)?;
+/// assert!((passband.width().nm() - 100.0).abs() < 1e-9);
+/// # Ok::<(), spectra::SpectraError>(())
+/// ```
 pub trait Curve: std::fmt::Debug + Send + Sync {
     /// The throughput T at a wavelength \[1\].
     fn throughput(&self, lambda_um: f64) -> f64;
@@ -118,7 +145,7 @@ impl Passband {
         if let Some(l) = breaks.iter().find(wrong) {
             return Err(SpectraError::table(
                 name,
-                format!("throughput is negative or no number at {:.4} nm; a passband lies between 0 and 1", l * 1e3),
+                format!("throughput is negative or not a number at {:.4} nm; it must be between 0 and 1", l * 1e3),
             ));
         }
         let mut band = Self { name: name.to_owned(), counting, pivot_um: 1.0, curve: Arc::new(curve) };

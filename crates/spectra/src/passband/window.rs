@@ -106,7 +106,7 @@ pub fn window(name: &str, counting: Counting, shape: Window) -> Result<Passband>
     let (low, high) = shape.support_um();
     if !(low > 0.0 && high > low && high.is_finite()) {
         return Err(SpectraError::Passband(format!(
-            "passband {name} reaches from {:.4} to {:.4} nm: it must have a positive width and lie above 0 nm",
+            "passband {name} covers {:.4} to {:.4} nm; it must have a positive width above 0 nm",
             low * 1e3,
             high * 1e3
         )));

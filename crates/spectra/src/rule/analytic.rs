@@ -112,7 +112,8 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
     for i in 0..=16 {
         let lambda = low + (high - low) * f64::from(i) / 16.0;
         if lambda > 0.0 && (lambda * (problem.k)(lambda) / c_um - 1.0).abs() > TOLERANCE {
-            let message = "method \"analytic\" is a closed form for extinction proportional to 1/lambda; take law = \"inverse_wavelength\" or another method";
+            let message =
+                "method \"analytic\" requires extinction proportional to 1/lambda; use law = \"inverse_wavelength\" or another method";
             return Err(SpectraError::Rule(message.into()));
         }
     }

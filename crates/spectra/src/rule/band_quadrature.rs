@@ -26,7 +26,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 /// The rule of previews: so many nodes, and nothing is stated of the error.
 pub const PREVIEW: RuleEntry = RuleEntry {
     name: "preview",
-    summary: "three Gauss nodes a band, without a certificate: a look while things change",
+    summary: "three Gauss nodes per band, without a certificate, for previews",
     nodes: true,
     many_bands: Some(&super::common_nodes::ENTRY),
     solve: preview,

@@ -17,7 +17,7 @@ use crate::error::{Result, SpectraError};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "common_nodes",
-    summary: "one set of nodes for all passbands, which the default takes where they are many; light scatters once",
+    summary: "one set of nodes for all passbands, the default for many passbands; single scattering",
     nodes: false,
     many_bands: None,
     solve,
@@ -49,7 +49,7 @@ pub struct CommonNodes {
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
     if problem.settings.domain_um.is_some() {
-        let message = "common nodes cover what all passbands let through: leave domain out, or take a method that has one";
+        let message = "method \"common_nodes\" does not support domain; remove it, or use another method";
         return Err(SpectraError::Rule(message.into()));
     }
     let nodes = nodes(problem);
@@ -135,7 +135,7 @@ impl CommonNodes {
             let (from, to) = wavelengths.fold((f64::INFINITY, 0.0f64), |(low, high), nm| (low.min(nm), high.max(nm)));
             let ends = [nodes[nodes.len() - 1].lambda_um, nodes[0].lambda_um].map(|um| (um * 1e4).round() / 10.0);
             return Err(SpectraError::Reach(format!(
-                "light from {from:.1} to {to:.1} nm has extinctions outside of those from {} to {} nm that the nodes are made for",
+                "light from {from:.1} to {to:.1} nm has extinctions outside of the range of the nodes, {} to {} nm",
                 ends[0].min(ends[1]),
                 ends[0].max(ends[1])
             )));

@@ -8,7 +8,7 @@ use super::{BandProblem, Nodes, RuleEntry};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "fixed_wavelength",
-    summary: "one wavelength a band, its pivot: the plain RGB march, for comparisons",
+    summary: "one wavelength per band, its pivot: the plain RGB march, for comparisons",
     nodes: true,
     many_bands: None,
     solve: |problem: &BandProblem| {

@@ -10,7 +10,7 @@ use super::{BandProblem, BandRule, Node, Nodes, RuleEntry};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "midpoint",
-    summary: "equal midpoints over the domain, 30 of them unless told otherwise: Barrès & Neyret's double integration",
+    summary: "equal midpoints over the domain, 30 by default: Barrès & Neyret's double integration",
     nodes: true,
     many_bands: None,
     solve: |problem| Ok(with_panels(problem, problem.settings.count.unwrap_or(TALK_COUNT), &[(0.0, 2.0)])),

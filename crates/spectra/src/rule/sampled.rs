@@ -11,7 +11,7 @@ use crate::error::{Result, SpectraError};
 
 pub(super) const ENTRY: RuleEntry = RuleEntry {
     name: "sampled",
-    summary: "random wavelengths for each ray by importance, stratified: noise instead of bias; 4 unless told otherwise",
+    summary: "random wavelengths per ray by importance, stratified: noise instead of bias; 4 by default",
     nodes: false,
     many_bands: None,
     solve,
@@ -146,7 +146,7 @@ impl Decay for Sampled {
 fn solve(problem: &BandProblem) -> Result<BandRule> {
     let count = problem.settings.count.unwrap_or(COUNT);
     if count > MAX_COUNT {
-        return Err(SpectraError::Rule(format!("{count} random wavelengths for each ray; {MAX_COUNT} are the most, and more than enough")));
+        return Err(SpectraError::Rule(format!("{count} random wavelengths per ray are out of range; use at most {MAX_COUNT}")));
     }
     Ok(BandRule::certified(problem, Form::Sampled(Sampled::new(problem, count))))
 }

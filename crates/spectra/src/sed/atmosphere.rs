@@ -101,7 +101,7 @@ pub fn atmosphere(temperature: Temperature, log_g: f64) -> Result<Arc<Table>> {
     let Some((low, high, share)) = between(temperatures, temperature.0.ln()) else {
         let end = |i: Option<&Isotherm>| i.map_or(0.0, |i| i.temperature);
         return Err(SpectraError::Atmosphere(format!(
-            "the model atmospheres reach from {} to {} K, {temperature} lies beyond; take a spectral type or a black body",
+            "the model atmospheres cover {} to {} K, but the temperature is {temperature}; use a spectral type or a black body",
             end(grid.isotherms.first()),
             end(grid.isotherms.last())
         )));
@@ -111,7 +111,7 @@ pub fn atmosphere(temperature: Temperature, log_g: f64) -> Result<Arc<Table>> {
         let least = hot.gravities().next().unwrap_or(0.0);
         let most = hot.gravities().last().unwrap_or(0.0);
         return Err(SpectraError::Atmosphere(format!(
-            "at {temperature} the model atmospheres reach from log g = {least} to {most} (cgs), {log_g} lies beyond"
+            "at {temperature} the model atmospheres cover log g = {least} to {most} (cgs), but log_g is {log_g}"
         )));
     };
     let flux = blend(&cooler, &hotter, share);
@@ -166,12 +166,12 @@ mod tests {
     #[test]
     fn what_the_grid_does_not_hold_is_refused() {
         for (t, log_g, said) in [
-            (9999.0, 4.0, "from 10000 to 50000 K"),
-            (50001.0, 5.0, "from 10000"),
-            (45000.0, 4.0, "from log g = 4.5 to 5"),
-            (20000.0, 5.5, "from log g = 3 to 5"),
-            (f64::NAN, 4.0, "beyond"),
-            (20000.0, f64::NAN, "beyond"),
+            (9999.0, 4.0, "cover 10000 to 50000 K"),
+            (50001.0, 5.0, "cover 10000"),
+            (45000.0, 4.0, "cover log g = 4.5 to 5"),
+            (20000.0, 5.5, "cover log g = 3 to 5"),
+            (f64::NAN, 4.0, "temperature is NaN"),
+            (20000.0, f64::NAN, "log_g is NaN"),
         ] {
             let message = atmosphere(Temperature(t), log_g).unwrap_err().to_string();
             assert!(message.contains(said), "{message}");

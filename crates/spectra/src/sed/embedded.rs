@@ -45,7 +45,8 @@ fn library() -> Result<&'static [(SpectralType, Arc<Table>)]> {
         let columns = embedded_columns("pickles", PICKLES, names.len() + 1)?;
         let lambda_um: Vec<f64> = columns[0].iter().map(|nm| nm * 1e-3).collect();
         let star = |(name, flux): (&&str, &Vec<f64>)| {
-            let own = SpectralType::parse(name).ok_or_else(|| SpectraError::table("pickles", format!("\"{name}\" is no spectral type")))?;
+            let own =
+                SpectralType::parse(name).ok_or_else(|| SpectraError::table("pickles", format!("\"{name}\" is not a spectral type")))?;
             Ok((own, Arc::new(Table::new(name, lambda_um.clone(), flux.clone())?)))
         };
         names.iter().zip(&columns[1..]).map(star).collect()
@@ -82,7 +83,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
         _ => {
             if let (Some((low, _)), Some((high, _))) = neighbours {
                 return Err(SpectraError::SpectralType(format!(
-                    "the library has nothing of luminosity class {} between {} and {}, which is too far to say what \"{name}\" is; take another class (catalogue \"stars\")",
+                    "the library has no type of luminosity class {} between {} and {}, too sparse for \"{name}\"; use another class (catalogue \"stars\")",
                     wanted.roman(),
                     low.letter(),
                     high.letter()
@@ -90,7 +91,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
             }
             let ends = own.first().zip(own.last()).map(|(a, b)| format!("from {} to {}", a.0.letter(), b.0.letter()));
             Err(SpectraError::SpectralType(format!(
-                "the library has luminosity class {} {}, \"{name}\" lies beyond; take a black body, or another class (catalogue \"stars\")",
+                "the library has luminosity class {} {}, which does not include \"{name}\"; use a black body, or another class (catalogue \"stars\")",
                 wanted.roman(),
                 ends.unwrap_or_else(|| "not with these metals".into())
             )))

@@ -24,6 +24,7 @@ use crate::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperatur
 
 /// The zero point of magnitudes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MagnitudeSystem {
     /// The star Vega has magnitude zero.
     Vega,
@@ -95,7 +96,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
         (Scale::Luminosity(l), StarShape::Table(t)) => l.0 / trapezoid(t),
         (Scale::Luminosity(_), StarShape::Other(_)) => {
             return Err(SpectraError::Brightness(
-                "this spectral shape, as a power law, has no luminosity that is finite and known: give spectral_luminosity at a wavelength instead".into(),
+                "this spectral shape has no finite luminosity; give spectral_luminosity at a wavelength instead".into(),
             ));
         }
         (Scale::Radius(r), StarShape::BlackBody(_)) => SPHERE * std::f64::consts::PI * (r.0 * PARSEC).powi(2),
@@ -103,7 +104,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
         (Scale::Radius(r), _) => {
             let solar = r.0 * PARSEC / SOLAR_RADIUS;
             return Err(SpectraError::Brightness(format!(
-                "a radius ({solar:.3} Rsun) scales black bodies and model atmospheres only: give luminosity, magnitude or spectral_luminosity"
+                "a radius ({solar:.3} Rsun) requires a black body or model atmosphere; give luminosity, magnitude or spectral_luminosity"
             )));
         }
         (Scale::Magnitude(m, band, distance, system, foreground), _) => {
@@ -119,9 +120,7 @@ pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
         (Scale::SpectralLuminosity(l, at), _) => l.0 / dynamic.at(at.0),
     };
     if !factor.is_finite() || factor < 0.0 {
-        return Err(SpectraError::Brightness(
-            "the spectrum is zero where its scale is fixed: choose a band or wavelength in which it shines".into(),
-        ));
+        return Err(SpectraError::Brightness("the spectrum is zero where its scale is defined; use another band or wavelength".into()));
     }
     Ok(Spectrum::continuous(factor, dynamic))
 }
@@ -145,7 +144,7 @@ pub fn zero_point(band: &Passband, system: MagnitudeSystem) -> Result<f64> {
             let (first, last) = vega.range();
             if low < first || high > last {
                 return Err(SpectraError::Brightness(format!(
-                    "Vega's spectrum is embedded from {first:.4} to {last:.4} um, passband {} covers {low:.4} to {high:.4} um: use magnitude_system = \"ab\"",
+                    "Vega's spectrum covers {first:.4} to {last:.4} um, passband {} {low:.4} to {high:.4} um; use magnitude_system = \"ab\"",
                     band.name()
                 )));
             }

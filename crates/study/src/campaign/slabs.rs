@@ -23,8 +23,8 @@ use crate::{Chapter, Findings, Result, backends};
 pub const CHAPTER: Chapter = Chapter {
     name: "slabs",
     title: "Certificates on ten thousand random scenes",
-    question: "Is a stated spectral error ever exceeded? Random laws, filters, lights, methods, accuracies and depths; light behind a box of even dust, rendered by \
-               `cpu`, against integrals over wavelength that share nothing with the rules.",
+    question: "Is a stated spectral error ever exceeded? Random laws, filters, lights, methods, accuracies and depths. Light behind a box of uniform dust, rendered by \
+               `cpu`, is compared with independent integrals over wavelength.",
     run: |control| campaign(Place::Behind, control),
 };
 
@@ -218,7 +218,7 @@ density = "box"
 struct Outcome {
     method: &'static str,
     what: String,
-    /// Largest true error over the pixels, and what was stated: of F(0), and of F(a).
+    /// Largest true error over the pixels, and what wstated: of F(0), and of F(a).
     absolute: (f64, f64),
     relative: (f64, f64),
 }
@@ -287,7 +287,7 @@ pub(super) fn campaign(place: Place, control: &Control) -> Result<Findings> {
     let mut all: Vec<Outcome> = done.into_iter().flatten().flatten().collect();
     let exceeded = all.iter().filter(|o| o.excess() > 1.0).count();
     let mut text = format!(
-        "{SCENES} scenes, {} bands; {refused} scenes were refused in words by their method. **Bounds exceeded: {exceeded}.** `sampled` is left out: its error is noise.\n\n",
+        "{SCENES} scenes, {} bands; {refused} scenes were rejected by their method. **Bounds exceeded: {exceeded}.** `sampled` is excluded, because its error is noise.\n\n",
         all.len()
     );
     let rows = methods().filter_map(|method| {
@@ -314,7 +314,7 @@ pub(super) fn campaign(place: Place, control: &Control) -> Result<Findings> {
         ["method", "bands", "stated / F(0), median", "true, median", "true / stated of F(0), largest", "of F(a), largest", "exceeded"];
     text += &table(&head, &rows.collect::<Vec<_>>());
     all.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
-    let _ = writeln!(text, "The closest to their bounds:\n");
+    let _ = writeln!(text, "Closest to their bounds:\n");
     let closest = all.iter().take(SHOWN).map(|o| {
         vec![o.method.to_owned(), o.what.clone(), short(o.absolute.0), short(o.absolute.1), short(o.relative.0), short(o.relative.1)]
     });

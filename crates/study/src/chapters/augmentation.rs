@@ -9,7 +9,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "augmentation",
     title: "3. Basis augmentation and range",
-    question: "How does the projection of e^(−a k) approach it as the basis grows; what happens for arguments beyond those it was made for, for huge ones, and at longer wavelengths?",
+    question: "How does the projection of e^(−a k) converge with the size of the basis? What happens for larger arguments, and at longer wavelengths?",
     run,
 };
 
@@ -119,7 +119,7 @@ fn run(control: &Control) -> Result<Findings> {
     let series = five.iter().map(|m| m.series()).collect();
     figures.push(Figure {
         name: "augmentation_range".into(),
-        title: "Error over the argument, bases made for three ranges, D = [0.3, 1 µm]".into(),
+        title: "Error over the argument for bases of three ranges, D = [0.3, 1 µm]".into(),
         x: Axis::log("a [optical depth at V]"),
         y: Axis::log("error, parts of the norm of 1"),
         series,

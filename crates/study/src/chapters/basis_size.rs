@@ -9,7 +9,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "basis_size",
     title: "2. Error against basis size",
-    question: "What does one more exponential in the basis gain, on which wavelengths D, in the norm of the error and in its square; and how far is the best linear basis?",
+    question: "How much does each exponential of the basis gain, for several wavelength domains D, in the norm of the error and its square? How close is the best linear basis?",
     run,
 };
 

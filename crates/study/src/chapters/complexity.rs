@@ -9,7 +9,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "complexity",
     title: "8. Complexity",
-    question: "Time of a frame against samples N, wavelengths M, elements C_B, degree and lights L, as a fitted power beside Barrès & Neyret's formulas.",
+    question: "Time of a frame against samples N, wavelengths M, elements C_B, degree and lights L, as a fitted power, compared with Barrès & Neyret's formulas.",
     run,
 };
 
@@ -134,8 +134,8 @@ fn run(control: &Control) -> Result<Findings> {
         series.push(Series { name: growth.what.into(), points });
     }
     let text = format!(
-        "Barrès & Neyret's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms; beside it, how far it lies outside of what the formula gives. What every sample costs anyway (reading the volume) makes \
-         powers smaller than those of the formulas, which count spectral work alone. The closed form jumps where the terms of its polynomial cancel so much that f32 would lose them and \
+        "Barrès & Neyret's scene on {BAKE}³ voxels, {EDGE} × {EDGE} pixels; a power p means time ∝ quantity^p, by least squares in the logarithms; the next column is its distance from the formula. The constant time per sample (reading the volume) makes \
+         powers smaller than those of the formulas, which count only spectral work. The closed form jumps where its polynomial cancels in f32 and \
          f64 takes over; a light field grows with the stars only until its polynomials span their spectra.\n\n{}",
         table(&["quantity", "Barrès & Neyret's formula: power", "fitted power", "outside by", "seconds a frame"], &rows)
     );

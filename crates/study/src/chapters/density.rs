@@ -14,7 +14,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "density",
     title: "4. Growing density and dark cores",
-    question: "What does each method make of the light that a column of growing density lets through, as a part of the light without dust, and of the light that is left?",
+    question: "How accurate is each method for the light behind a column of growing density, relative to the unattenuated and to the attenuated light?",
     run,
 };
 
@@ -49,7 +49,7 @@ fn spectra() -> Result<Figure> {
     }
     Ok(Figure {
         name: "density_spectra".into(),
-        title: "A black body of 10 000 K behind columns of depth 1, 5, 20; lines are interrupted where a projection is below zero".into(),
+        title: "A black body of 10 000 K behind columns of depth 1, 5, 20; lines are interrupted where a projection is negative".into(),
         x: Axis::linear("wavelength [µm]"),
         y: Axis::log("spectrum, parts of its peak without dust"),
         series,
@@ -96,14 +96,14 @@ fn run(control: &Control) -> Result<Findings> {
         spectra()?,
         Figure {
             name: "density_absolute".into(),
-            title: "Error as a part of the light without dust".into(),
+            title: "Error relative to the unattenuated light".into(),
             x: x.clone(),
             y: Axis::log("error / F(0)"),
             series: absolute,
         },
         Figure {
             name: "density_relative".into(),
-            title: "Error as a part of the light that is left".into(),
+            title: "Error relative to the attenuated light".into(),
             x,
             y: Axis::log("error / F(a)"),
             series: relative,

@@ -12,7 +12,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "filters",
     title: "7. Which method when: error against time on real filters",
-    question: "For each method and size: the largest spectral error over six black bodies of 3000 to 40 000 K and all depths up to 0.1, 1, 10, 30, beside the time of a frame in which it is used.",
+    question: "For each method and size: the largest spectral error over six black bodies of 3000 to 40 000 K and all depths up to 0.1, 1, 10, 30, and the time of a frame.",
     run,
 };
 
@@ -89,7 +89,7 @@ fn run(control: &Control) -> Result<Findings> {
         times.iter().map(|t| vec![t.name.to_owned(), t.count.map_or("-".into(), |n| n.to_string()), short(t.seconds)]).collect();
     let text = format!(
         "Times are of Barrès & Neyret's scene, one star, one filter, {EDGE} × {EDGE} pixels, N = 100. Errors are the certificates of the rules, made for each filter and depth alone (projection's D is the filter's \
-         own support, which favours it).\n\n{}### The default beside projection at equal time\n\nError of projection with 2 to 5 elements over that of the best band quadrature that takes no longer (within {:.0} %; the shortest of {ROUNDS} frames each, in turn); 0 where none does, - where there is no such basis.\n\n{}\
+         own support, which favours it).\n\n{}### The default and projection at equal time\n\nError of projection with 2 to 5 elements over that of the best band quadrature that takes no longer (within {:.0} %; the shortest of {ROUNDS} frames each, in turn); 0 where none does, - where there is no such basis.\n\n{}\
          At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {} The frames of 1 to 4 nodes or elements differ by {:.0} % at most, which is noise on a shared machine as well; with as many nodes as elements, which is no timing, the least is {}, the median {}.\n\n{noise}### What 1e-3 costs\n\nOn {} up to depth {}: the smallest size tried whose error is at most {WANTED:.0e}, and its frame beside the default's.\n\n{}{}",
         table(&["method", "size", "frame [s]"], &time_rows),
         100.0 * (EQUAL - 1.0),
@@ -106,7 +106,7 @@ fn run(control: &Control) -> Result<Findings> {
         short(sorted(&same_size)[same_size.len() / 2]),
         SUMMARY.0,
         SUMMARY.1,
-        table(&["method", "size", "largest error / F(0)", "frame, of the default's"], &summary),
+        table(&["method", "size", "largest error / F(0)", "frame, relative to the default"], &summary),
         WHEN
     );
     Ok(Findings { figures, text, ..Findings::default() })
@@ -236,9 +236,9 @@ fn sorted(values: &[f64]) -> Vec<f64> {
 
 /// Our reading of the tables.
 const WHEN: &str = "### Which to use\n\n\
-    - `band_quadrature`: always, unless one of the following asks for another.\n\
-    - `lookup`: one light a filter and isotropic scattering, as exact as wanted at one table read.\n\
-    - `projection`: when plates shall be kept whose filter or star changes after the march, or to compare with Barrès & Neyret.\n\
-    - `propagation`: very many stars, where their own neighbourhoods do not matter.\n\
+    - `band_quadrature`: always, except for the following cases.\n\
+    - `lookup`: one light per filter and isotropic scattering, at any accuracy for one table read.\n\
+    - `projection`: for comparison with Barrès & Neyret.\n\
+    - `propagation`: very many stars whose neighbourhoods do not matter.\n\
     - `sampled`: when bias is worse than noise.\n\
-    - `midpoint`, `gauss_legendre`, `preintegrated`, `analytic`: to compare.\n";
+    - `midpoint`, `gauss_legendre`, `preintegrated`, `analytic`: for comparison.\n";

@@ -9,7 +9,7 @@ use crate::{Axis, Chapter, Figure, Findings, Result, Series};
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "lights",
     title: "5. Many lights",
-    question: "1 to 64 stars in one cloud: what does a frame cost with star depths for each star, and with the light of all deposited in voxels as polynomials; and how wrong does the latter make it?",
+    question: "1 to 64 stars in one cloud: how long does a frame take with star depths per star, and with all light stored in voxels as polynomials? How large is the error of the latter?",
     run,
 };
 
@@ -51,10 +51,10 @@ fn run(control: &Control) -> Result<Findings> {
     let growth = |s: &Series, from: usize| s.points[s.points.len() - 1].1 / s.points[from].1;
     let text = format!(
         "Barrès & Neyret's cloud on {BAKE}³ voxels, {EDGE} × {EDGE} pixels, N = 100; errors are relative rms of the worst band against the reference on {COMPARED} × {COMPARED} pixels, in brackets without \
-         the brightest twentieth of the pixels, which stand next to stars.\n\n{}\
+         the brightest 5 % of the pixels, next to stars.\n\n{}\
          From 1 to 64 stars a frame takes {:.0} times as long with band quadrature, {:.0} times with projection and {:.1} times with propagation, there {:.1} times from 4 stars on: \
-         its numbers a voxel grow until the six temperatures that the stars take in turn are there. Its price is the interpolation of 1/r² \
-         between voxels, which is wrong within a few voxels of each star whatever the basis, and the lost direction of the light: scattering is even.\n",
+         its numbers per voxel grow until all six temperatures occur. Its error comes from the interpolation of 1/r² \
+         between voxels, within a few voxels of each star, and from isotropic scattering.\n",
         table(&["stars", "band_quadrature 2 [s]", "error", "projection 4 [s]", "error", "propagation 4 [s]", "error"], &rows),
         growth(&seconds[0], 0),
         growth(&seconds[1], 0),

@@ -119,7 +119,7 @@ pub fn error(image: &Image, truth: &Image) -> f64 {
     worst((0..truth.bands.len()).map(|b| image.relative_rmse(b, truth, b)))
 }
 
-/// The error without the brightest twentieth of the truth's pixels, which stand next to stars.
+/// The error without the brightest 5 % of the truth's pixels, which stand next to stars.
 pub fn error_away_from_stars(image: &Image, truth: &Image) -> f64 {
     let of_band = |b: usize| {
         let mut order: Vec<f64> = truth.band(b).collect();

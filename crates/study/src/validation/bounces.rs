@@ -14,9 +14,9 @@ use crate::{Chapter, Findings, Picture, Result, backends};
 
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "bounces",
-    title: "1. Many bounces",
-    question: "How far is the field of light that was scattered before, solved once on cells and marched as volumes (eqs. 22 and 23), from the path tracer, and what does it cost? Albedo 0.8, Henyey & Greenstein's \
-               phase function, Johnson V, depths through the middle of the cloud at V; asked are at most 5 % up to a depth of 3, at most 15 % up to 30, and frames of at most twice the length.",
+    title: "1. Multiple scattering",
+    question: "How accurate is multiple scattering, solved once on cells and marched as volumes (eqs. 22 and 23), compared with the path tracer, and how long does it take? Albedo 0.8, Henyey & Greenstein's \
+               phase function, Johnson V, depths through the middle of the cloud at V; limits are 5 % up to a depth of 3, 15 % up to 30, and twice the time per frame.",
     run,
 };
 
@@ -98,7 +98,7 @@ struct Run {
 impl Run {
     fn new(scene: &Scene, control: &Control) -> Result<Self> {
         let start = Instant::now();
-        let tracer = backends::paths(scene, path::Options { first: 2, samples: PATHS, ..path::Options::default() }, control)?;
+        let tracer = backends::paths(scene, path::Options::default().with_first(2).with_samples(PATHS), control)?;
         let path_seconds = start.elapsed().as_secs_f64();
         let (paths, errors) = tracer.film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
         let planned = |bounces: usize| -> Result<(Plan, f64)> {
@@ -232,20 +232,20 @@ fn run(control: &Control) -> Result<Findings> {
     let head = ["cloud", "depth", "g"];
     let with = |more: &[&'static str]| head.iter().chain(more).copied().collect::<Vec<_>>();
     let head = with(&[
-        "of light scattered twice or more",
+        "multiply scattered light",
         "error",
-        "chance in the truth",
-        "asked",
-        "kept",
+        "noise of the truth",
+        "limit",
+        "met",
         "light of all pixels",
-        "error of light scattered twice or more",
-        "spatial, as stated",
-        "angular, as stated",
+        "error multiply scattered light",
+        "spatial, stated",
+        "angular, stated",
     ]);
     findings.text += &table(&head, &errors);
     findings.text += &format!(
-        "The worst error is {:.1} % up to a depth of 3, {:.1} % up to 30. Errors are relative rms over the pixels, of all light, what chance adds to them taken off; the light of one scattering is that of the \
-         plan in both pictures, and paths bring what has scattered twice or more. What a render states of its own field stands at the end. In clouds of depth 30 the star stands outside: paths from the eye hardly find one that is buried so deep.\n\n",
+        "The worst error is {:.1} % up to a depth of 3, {:.1} % up to 30. Errors are relative rms over the pixels, of all light, corrected for noise. Single scattering is that of the \
+         plan in both pictures; the path tracer adds multiple scattering. The last columns are the stated errors. In clouds of depth 30 the star is outside, because paths rarely reach an embedded one.\n\n",
         100.0 * worst[0],
         100.0 * worst[1]
     );
@@ -253,7 +253,7 @@ fn run(control: &Control) -> Result<Findings> {
         "field",
         "plan [s]",
         "plan of one bounce [s]",
-        "frame, of one with one bounce",
+        "frame, relative to one bounce",
         "paths to the same error [s]",
         "plan and frame [s]",
     ]);
@@ -285,10 +285,7 @@ fn montage(name: &str, words: &str, runs: &[Run]) -> Picture {
     let cosines: Vec<String> = MEAN_COSINES.iter().map(|g| format!("g = {g}")).collect();
     Picture {
         name: name.to_owned(),
-        title: format!(
-            "{words}, above to below {}: one bounce, many bounces, many by paths, |difference| × {AMPLIFIED}",
-            cosines.join(", ")
-        ),
+        title: format!("{words}, above to below {}: one bounce, many bounces, path tracer, |difference| × {AMPLIFIED}", cosines.join(", ")),
         size: (width, height),
         pixels: (0..width * height).map(pixel).collect(),
     }

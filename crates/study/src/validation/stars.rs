@@ -14,14 +14,14 @@ use crate::{Chapter, Findings, Picture, Result, backends};
 
 pub(super) const CHAPTER: Chapter = Chapter {
     name: "stars",
-    title: "2. Stars without number",
-    question: "What do a thousand stars with a thousand spectra cost, and how far is their light, gathered in cells beyond the neighbourhood of each (eq. 24), from that of stars one by one? An fBm cloud of depth 3, sampled to 128³, albedo 0.7, \
-               Henyey & Greenstein's phase function with g = 0.6, one bounce, Johnson V, 160 samples a ray; black bodies of 3000 to 30 000 K whose luminosities span three decades. Asked are frames of at most 1.3 times that of one star.",
+    title: "2. Many stars",
+    question: "How long do a thousand stars with a thousand spectra take, and how accurate is their light, aggregated in cells beyond the neighbourhood of each (eq. 24)? An fBm cloud of depth 3, sampled to 128³, albedo 0.7, \
+               Henyey & Greenstein's phase function with g = 0.6, one bounce, Johnson V, 160 samples per ray; black bodies of 3000 to 30 000 K whose luminosities span three decades. The limit is 1.3 times the frame of one star.",
     run,
 };
 
 const COUNTS: [usize; 4] = [1, 10, 100, 1000];
-/// So many stars are also marched one by one.
+/// So many stars are also marched individually.
 const ONE_BY_ONE: usize = 100;
 /// Pixels an edge of what is compared, paths of each, and pixels an edge of what is timed and shown.
 const COMPARED: usize = 48;
@@ -106,7 +106,7 @@ struct Run {
     plan: Plan,
     /// Seconds of the plan.
     planned: f64,
-    /// The length of a frame, of one with one star.
+    /// The length of a frame, relative to one star.
     ratio: f64,
 }
 
@@ -121,7 +121,7 @@ impl Run {
 
     /// Cost of this run, and its error relative to the path tracer.
     fn against_paths(&self, control: &Control) -> Result<Vec<String>> {
-        let options = path::Options { samples: PATHS, ..path::Options::default() };
+        let options = path::Options::default().with_samples(PATHS);
         let tracer = backends::paths(&self.scene, options, control)?;
         let (wrong, chance) = error(&backends::values(&self.scene, &self.plan, control)?, &tracer.film);
         let gathered = self.plan.scattered_field().as_ref().and_then(|d| d.report.far_field);
@@ -131,7 +131,7 @@ impl Run {
             short(self.planned),
             format!("{:.2}", self.ratio),
             (self.plan.bytes() >> 20).to_string(),
-            gathered.and_then(|g| g.error).map_or("none is gathered".into(), percent),
+            gathered.and_then(|g| g.error).map_or("none".into(), percent),
             percent(wrong),
             percent(chance),
         ])
@@ -166,16 +166,16 @@ impl OneByOne {
 
 const HEAD: [&str; 11] = [
     "stars",
-    "marched one by one",
+    "marched individually",
     "plan [s]",
-    "frame, of one with one star",
+    "frame, relative to one star",
     "plan [MiB]",
-    "error at places, as stated",
+    "stated error at places",
     "error against paths",
-    "chance in those",
-    "error against stars one by one",
+    "noise of those",
+    "error against individual stars",
     "plan of those [s]",
-    "frame of those, of one with one star",
+    "frame of those, relative to one star",
 ];
 
 fn run(control: &Control) -> Result<Findings> {
@@ -195,8 +195,8 @@ fn run(control: &Control) -> Result<Findings> {
     }
     findings.text += &table(&HEAD, &rows);
     findings.text += &format!(
-        "Frames of {TIMED} × {TIMED} pixels on the processor, the shortest of {ROUNDS} of each kind in turn: with gathered stars the longest takes {slowest:.2} times that of one star. Errors are relative rms over the pixels; what chance \
-         adds to the difference from {PATHS} paths a pixel is taken off. Stars one by one are the same plan with `exact_stars` as many as there are, which takes the memory of a volume each, in frames of {SHOWN} × {SHOWN}.\n"
+        "Frames of {TIMED} × {TIMED} pixels on the processor, the shortest of {ROUNDS} of each kind in turn: with aggregated stars the longest takes {slowest:.2} times that of one star. Errors are relative rms over the pixels; what chance \
+         adds to the difference from {PATHS} paths a pixel is taken off. Individual stars are the same plan with `exact_stars` as many as there are, which needs one volume each, in frames of {SHOWN} × {SHOWN}.\n"
     );
     Ok(findings)
 }
@@ -217,7 +217,7 @@ fn montage(OneByOne { gathered, exact, .. }: &OneByOne) -> Picture {
     };
     Picture {
         name: "stars_1".into(),
-        title: format!("{ONE_BY_ONE} stars: gathered, one by one, |difference| × {AMPLIFIED}"),
+        title: format!("{ONE_BY_ONE} stars: aggregated, individual, |difference| × {AMPLIFIED}"),
         size: (width, height),
         pixels: (0..width * height).map(pixel).collect(),
     }

@@ -337,7 +337,7 @@ impl App {
         let Some(picture) = self.shown.as_ref().and_then(|shown| shown.pictures.first()) else { return };
         let name = self.document.scene().name.replace(|c: char| !c.is_alphanumeric(), "_");
         let free = (1..10_000).map(|n| PathBuf::from(format!("{name}_{n:04}.png"))).find(|path| !path.exists());
-        let Some(path) = free else { return self.complain("ten thousand screenshots are in this folder; move some away") };
+        let Some(path) = free else { return self.complain("this folder has ten thousand screenshots; move some away") };
         let pixels: Vec<u8> = picture.colours.iter().flat_map(|c| [c.r(), c.g(), c.b()]).collect();
         let size = (picture.image.width, picture.image.height);
         let written = barnard_files::formats::encode_png(size, &pixels, &picture.image.notes)
@@ -380,8 +380,8 @@ impl App {
     /// Notes of a rough scene.
     pub fn refining(&self) -> Option<String> {
         self.document.is_rough().then(|| match self.document.failure() {
-            Some(_) => "the cloud on few voxels alone".into(),
-            None => format!("the cloud on few voxels, {} % of the exact one", self.refined.load(Ordering::Relaxed)),
+            Some(_) => "coarse cloud".into(),
+            None => format!("coarse cloud, {} % of the exact one done", self.refined.load(Ordering::Relaxed)),
         })
     }
 
@@ -441,12 +441,12 @@ impl App {
                 Purpose::SaveScene => self.save_to(path),
                 Purpose::SavePicture if self.document.is_rough() => {
                     let words = match self.document.failure() {
-                        Some(failure) => format!("the cloud is known roughly alone, and so would be the picture: {failure}"),
-                        None => "the cloud is known roughly so far: save the picture once the line below says no more of it".into(),
+                        Some(failure) => format!("only a coarse cloud is available: {failure}"),
+                        None => "the cloud is still coarse; save the picture once the status line no longer says so".into(),
                     };
                     self.complain(words);
                 }
-                Purpose::SavePicture if self.export.is_some() => self.complain("a picture is being saved; wait for it, or stop it"),
+                Purpose::SavePicture if self.export.is_some() => self.complain("a picture is being saved; wait, or stop it"),
                 Purpose::SavePicture => match Export::start(&self.scene_as_shown(), &path, size, self.memory_limit, ctx) {
                     Ok(export) => self.export = Some(export),
                     Err(error) => self.complain(error),

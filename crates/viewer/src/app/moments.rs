@@ -87,11 +87,11 @@ impl App {
         let time = self.clock.time;
         if !self.document.has_path() && time < SAME {
             self.clock.first = Some(self.flight.clone());
-            self.tell("the flight begins here; go to a later moment and press K again");
+            self.tell("the path begins here; go to a later time and press K again");
             return;
         }
         if table(self.document.toml().as_table(), "camera.path").is_some_and(|path| path.contains_key("file")) {
-            self.complain("the camera follows a file; take `file` out of [camera.path] to set keys of one's own");
+            self.complain("the camera path is a file; remove `file` from [camera.path] to set keys");
             return;
         }
         let mut edit = keyed(&self.flight, time);
@@ -116,7 +116,7 @@ impl App {
         };
         if keys.len() < 3 {
             if self.apply(Edit::remove("camera", "path").named("path removed")) {
-                self.tell("a path needs two keys: it is gone");
+                self.tell("a path needs two keys: it was removed");
             }
             return;
         }
@@ -133,7 +133,7 @@ impl App {
             edit = edit.and(keyed(&flight, BETWEEN * i as f64));
         }
         if scene.bookmarks.len() < 2 {
-            self.complain("a path needs two bookmarks or more; Ctrl + 1 to 9 sets them");
+            self.complain("a path needs two or more bookmarks; set them with Ctrl + 1 to 9");
             return;
         }
         self.apply(edit.named("keys of bookmarks"));

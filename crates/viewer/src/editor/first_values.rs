@@ -22,7 +22,7 @@ pub fn of_kind(row: &'static TableRow, place: &str, here: &dyn TableLike, kind: 
 }
 
 /// Default of keys of which a table has exactly one.
-const ONE_OF: &str = "one scale is needed";
+const ONE_OF: &str = "exactly one scale is required";
 
 /// The beginning of the default of a key that another key needs.
 const NEEDED_WITH: &str = "needed with ";

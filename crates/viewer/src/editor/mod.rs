@@ -303,7 +303,8 @@ count = 5
                 }
             }
         }
-        let explained = |e: &String| ["goes with", "takes no r_v", "cannot be read", "not both"].iter().any(|w| e.contains(w));
+        let explained =
+            |e: &String| ["requires", "does not support r_v", "cannot be read", "exclude each other"].iter().any(|w| e.contains(w));
         assert!(refused.iter().all(explained) && refused.len() < 30, "{refused:#?}");
     }
 

@@ -19,7 +19,7 @@ const KEYS: &[(&str, &str)] = &[
     ("Full screen", "F11"),
     ("Screenshot", "F12, into the working folder"),
     ("Move a star", "drag it in the picture"),
-    ("Bookmarks", "Ctrl + 1 … 9 sets, 1 … 9 goes there"),
+    ("Bookmarks", "Ctrl + 1 … 9 sets, 1 … 9 opens"),
     ("Open, save, save as", "Ctrl + O, Ctrl + S, Ctrl + Shift + S"),
     ("Save the picture", "Ctrl + E"),
     ("Undo, redo", "Ctrl + Z, Ctrl + Shift + Z"),
@@ -38,6 +38,6 @@ pub fn help(ctx: &Context, open: &mut bool) {
             }
         });
         ui.separator();
-        ui.label("Numbers are dragged, or typed after a click. Point at a name to see what it means and in which unit.");
+        ui.label("Drag numbers, or click to type. Hover over a name for its meaning and unit.");
     });
 }

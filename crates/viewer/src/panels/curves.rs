@@ -152,7 +152,7 @@ fn curve(ui: &mut Ui, app: &mut App, track: usize, of: &str, values: &Track) {
     };
     let painter = ui.painter().with_clip_rect(strip.rect.expand(2.0));
     (0..times.len()).for_each(|key| diamond(&painter, place(key)));
-    strip.response.clone().on_hover_text("drag a key; double click adds one, a right click takes one away");
+    strip.response.clone().on_hover_text("drag a key; double click adds one, right click deletes one");
     // Of two at one place the last one, which can go on.
     let away = |key: &usize, x: f32| (place(*key).x - x).abs();
     let nearest = |x: f32| (0..times.len()).rev().min_by(|a, b| away(a, x).total_cmp(&away(b, x))).filter(|key| away(key, x) < GRIP);

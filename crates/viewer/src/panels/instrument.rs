@@ -33,7 +33,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     });
     let Some(instrument) = instrument else { return };
     let mut recorded = app.comparison.with == With::Recorded;
-    if ui.checkbox(&mut recorded, "as observed").on_hover_text("what it records, beside what is there").changed() {
+    if ui.checkbox(&mut recorded, "as observed").on_hover_text("recorded image next to the original").changed() {
         app.comparison.with = if recorded { With::Recorded } else { With::Nothing };
     }
     let mut exposure = instrument.exposure_s;

@@ -12,17 +12,14 @@ use crate::order::Quality;
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     editor::keys(ui, &app.document, "method", edits);
     let mut finer = app.comparison.with == With::Finer;
-    if ui
-        .checkbox(&mut finer, "difference × 16")
-        .on_hover_text("what the method gets wrong against one twenty times as fine, amplified")
-        .changed()
+    if ui.checkbox(&mut finer, "difference × 16").on_hover_text("error of the method against one twenty times finer, amplified").changed()
     {
         app.comparison.with = if finer { With::Finer } else { With::Nothing };
     }
     let Some(shown) = &app.shown else { return };
     let Some(picture) = shown.pictures.first() else { return };
     if shown.quality < Quality::Settled {
-        ui.weak("a quick look: what is known of the error follows when nothing moves");
+        ui.weak("preview: the error is measured when nothing changes");
     } else {
         for (b, band) in picture.image.bands.iter().enumerate() {
             let worst = picture.plan.worst_certificate(b, &picture.stats);
@@ -47,7 +44,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
             ui.end_row();
         }
         ui.label("rays");
-        ui.label(format!("{} /s, {} terms a sample", short(rays / t.march.max(1e-9)), picture.plan.spectral().terms()));
+        ui.label(format!("{} /s, {} terms per sample", short(rays / t.march.max(1e-9)), picture.plan.spectral().terms()));
         ui.end_row();
         ui.label("plan's size");
         ui.label(format!("{} MiB", picture.plan.bytes() >> 20));

@@ -109,7 +109,7 @@ pub fn menu(ui: &mut Ui, app: &mut App) {
                     }
                 });
             });
-            if ui.button("Keys").on_hover_text("what mouse and keys do (F1)").clicked() {
+            if ui.button("Keys").on_hover_text("mouse and keys (F1)").clicked() {
                 app.layout.help = !app.layout.help;
             }
             let mark = if app.document.is_changed() { "*" } else { "" };

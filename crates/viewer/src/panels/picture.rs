@@ -25,7 +25,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         if ui.button("+").on_hover_text("half a stop brighter (+)").clicked() {
             app.expose(0.5);
         }
-        if ui.button("Auto").on_hover_text("black and white as this picture asks for, held from now on (0)").clicked() {
+        if ui.button("Auto").on_hover_text("set black and white from this picture and keep them (0)").clicked() {
             app.expose_automatically();
         }
     });
@@ -47,7 +47,7 @@ fn palettes(ui: &mut Ui, app: &App, edits: &mut Edits) {
                 edits.push(Edit::remove("display", "matrix").and(Edit::set("display", "palette", name)).named("palette"));
             }
         }
-        if ui.button("Matrix").on_hover_text("a palette of one's own: red, green and blue of each band").clicked() {
+        if ui.button("Matrix").on_hover_text("custom palette: red, green and blue of each band").clicked() {
             let columns = app.document.scene().display.palette.columns.iter().flatten().copied();
             edits.push(Edit::set("display", "matrix", numbers(columns)).and(Edit::remove("display", "palette")).named("palette"));
         }
@@ -109,10 +109,10 @@ fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
         plot.pointer_coordinate()
     });
     if balanced {
-        ui.label(format!("white at {} of each band's own", short(white)));
+        ui.label(format!("white at {} of each band's", short(white)));
     } else {
         ui.label(format!("black {}, white {} W/m²/sr", short(black), short(white)))
-            .on_hover_text("held while things move; drag in the histogram: white; with Shift: black");
+            .on_hover_text("kept during changes; drag in the histogram for white, with Shift for black");
     }
     let (Some(at), true) = (shown.inner, shown.response.dragged() && !balanced) else { return };
     let level = significant(10f64.powf(at.x));
@@ -138,8 +138,8 @@ fn comparison(ui: &mut Ui, app: &mut App) {
         let label = ui.label("compare with");
         let combo = egui::ComboBox::from_id_salt("compare").selected_text(&now).width(150.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut chosen, With::Nothing, "nothing");
-            ui.selectable_value(&mut chosen, With::Recorded, "as observed").on_hover_text("what the scene's instrument records of it");
-            ui.selectable_value(&mut chosen, With::Finer, "a finer method").on_hover_text("what the method in use gets wrong, amplified");
+            ui.selectable_value(&mut chosen, With::Recorded, "as observed").on_hover_text("image recorded by the scene's instrument");
+            ui.selectable_value(&mut chosen, With::Finer, "a finer method").on_hover_text("error of the current method, amplified");
             for set in spectra::passband::SETS {
                 ui.selectable_value(&mut chosen, With::Filters(set.name.to_owned()), set.name).on_hover_text(set.summary);
             }

@@ -42,7 +42,7 @@ pub struct Probed {
 pub fn show(ui: &mut Ui, app: &mut App) {
     let picture = app.shown.as_ref().and_then(|s| s.pictures.first());
     let (Some(picture), Some((x, y))) = (picture, app.viewport.pointer) else {
-        ui.weak("point at the picture");
+        ui.weak("hover over the picture");
         return;
     };
     let image = &picture.image;

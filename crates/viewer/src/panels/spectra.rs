@@ -45,7 +45,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         });
     }
     if app.document.toml().get("gas").is_some() {
-        section(ui, "Gas that stars ionise", true, |ui| {
+        section(ui, "Gas ionised by stars", true, |ui| {
             editor::keys(ui, &app.document, "gas", edits);
             for told in app.document.scene().gas.iter().flat_map(|gas| gas.told()) {
                 ui.weak(told);
@@ -97,7 +97,7 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
             if name == "emission" {
                 lines(ui, app, i, edits);
             }
-            if ui.button("Remove").on_hover_text(format!("take {title} out of the scene")).clicked() {
+            if ui.button("Remove").on_hover_text(format!("remove {title} from the scene")).clicked() {
                 edits.push(Edit::drop(name, i));
             }
         });
@@ -105,7 +105,7 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
             header.header_response.scroll_to_me(Some(egui::Align::Min));
         }
     }
-    let hover = "a star of 15000 K, as luminous as the brightest of the scene, in the middle of the view before the middle of the cloud";
+    let hover = "add a star of 15000 K, as luminous as the brightest, in front of the cloud's centre";
     if name == "star" && ui.button("Add a star").on_hover_text(hover).clicked() {
         edits.push(Edit::push("star", star(app)));
         ui.data_mut(|data| data.insert_temp(added(name), titles.len()));
@@ -178,7 +178,7 @@ fn lines(ui: &mut Ui, app: &App, i: usize, edits: &mut Edits) {
 /// Sets of filters, and filters whose curves are dragged.
 fn filters(ui: &mut Ui, app: &App, edits: &mut Edits) {
     let now = app.document.toml().get("bands").and_then(Item::as_str).unwrap_or("own").to_owned();
-    let label = ui.label("set").on_hover_text("a set of passbands; its picture begins with colours of its own");
+    let label = ui.label("set").on_hover_text("a set of passbands with its default colours");
     let chosen = egui::ComboBox::from_id_salt("bands").selected_text(&now).width(180.0).show_ui(ui, |ui| {
         for set in spectra::passband::SETS {
             if ui.selectable_label(set.name == now, set.name).on_hover_text(set.summary).clicked() && set.name != now {
@@ -201,7 +201,7 @@ fn filters(ui: &mut Ui, app: &App, edits: &mut Edits) {
         section(ui, &format!("band {}", i + 1), false, |ui| editor::keys(ui, &app.document, &format!("band.{i}"), edits));
     }
     let own = count(app.document.toml().as_table(), "band") > 0;
-    if !own && ui.button("Curves to drag").on_hover_text("write each filter as points, which can be dragged in the plot").clicked() {
+    if !own && ui.button("Curves to drag").on_hover_text("write each filter as points, to drag in the plot").clicked() {
         edits.push(as_points(&app.document.scene().bands));
     }
 }
@@ -255,7 +255,7 @@ fn plot(ui: &mut Ui, app: &App, edits: &mut Edits) {
         .height(190.0)
         .legend(Legend::default().text_style(egui::TextStyle::Small))
         .x_axis_label("wavelength [nm]")
-        .y_axis_label(if logarithmic { "log10 of the largest" } else { "part of the largest" })
+        .y_axis_label(if logarithmic { "log10 of the largest" } else { "relative to the largest" })
         .allow_scroll(false)
         .allow_drag(points.is_empty())
         .include_x(range.0)

@@ -30,19 +30,19 @@ pub fn show(ui: &mut Ui, app: &mut App) {
         };
         ui.label(of);
         ui.separator();
-        if ui.button("Set key").on_hover_text("the view becomes a key of the camera at this moment (K)").clicked() {
+        if ui.button("Set key").on_hover_text("set a camera key from the view at this time (K)").clicked() {
             app.set_key();
         }
         let keys = app.keyframes();
-        if ui.add_enabled(!keys.is_empty(), egui::Button::new("Take key away")).on_hover_text("the key nearest to this moment").clicked() {
+        if ui.add_enabled(!keys.is_empty(), egui::Button::new("Take key away")).on_hover_text("the nearest key").clicked() {
             app.drop_key();
         }
         let bookmarks = app.document.scene().bookmarks.len();
         let button = ui.add_enabled(bookmarks > 1, egui::Button::new("Keys of bookmarks"));
-        if button.on_hover_text("a flight along all bookmarks, three seconds from one to the next").clicked() {
+        if button.on_hover_text("make a path along all bookmarks, three seconds each").clicked() {
             app.of_bookmarks();
         }
-        ui.menu_button("Animate", |ui| of_any(ui, app)).response.on_hover_text("a key of the scene that is to change begins here as it is");
+        ui.menu_button("Animate", |ui| of_any(ui, app)).response.on_hover_text("animate a key of the scene from its current value");
     });
     bar(ui, app);
     curves::show(ui, app);

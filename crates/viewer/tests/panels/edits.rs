@@ -40,7 +40,7 @@ fn impossible_values_are_refused() {
     harness.get_by_role_and_label(Role::SpinButton, "temperature").set_value_accesskit(-5.0);
     harness.step();
     harness.step();
-    assert!(notice(&harness).contains("not above zero") && notice(&harness).contains("cloud.toml:22"), "{}", notice(&harness));
+    assert!(notice(&harness).contains("must be above zero") && notice(&harness).contains("cloud.toml:22"), "{}", notice(&harness));
     assert_eq!(harness.state().document.text(), SCENE);
 }
 

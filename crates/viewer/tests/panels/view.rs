@@ -15,7 +15,7 @@ use super::explorer::{SCENE, drag, notice, open, settle, viewport};
 #[test]
 fn the_probe_reads_pixels() {
     let (_folder, mut harness) = open();
-    assert!(harness.query_by_label("point at the picture").is_some());
+    assert!(harness.query_by_label("hover over the picture").is_some());
     harness.hover_at(viewport(&harness).center());
     harness.step();
     harness.step();
@@ -124,7 +124,7 @@ fn bookmarks_are_places() {
     let (_folder, mut harness) = open();
     harness.key_press(Key::Num3);
     harness.step();
-    assert!(notice(&harness).contains("no bookmark 3"), "{}", notice(&harness));
+    assert!(notice(&harness).contains("bookmark 3 is not set"), "{}", notice(&harness));
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
     harness.step();
     assert!(harness.state().document.text().contains("[bookmark.3]\nkind = \"perspective\"\n"), "{}", harness.state().document.text());

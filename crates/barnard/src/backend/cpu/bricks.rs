@@ -78,30 +78,30 @@ impl Whole {
     pub fn new(scene: &Scene, dims: [usize; 3], cuts: [Vec<usize>; 3], options: &Options, control: &Control) -> Result<Self> {
         // Bricks have the depths of stars at their own voxels.
         let options = Options { star_depth_voxels: 1, ..options.clone() };
-        let refused = |what: &str, instead: &str| Err(Error::Method(format!("bricks know {what}; {instead}")));
+        let refused = |what: &str, instead: &str| Err(Error::Method(format!("bricks do not support {what}; {instead}")));
         if scene.camera.stereo.is_some() || scene.camera.eye.is_some() {
             return refused("one eye", "leave stereo out");
         }
         if scene.method.bounces > 1 {
-            return refused("light that scatters once", "set bounces = 1");
+            return refused("multiple scattering", "set bounces = 1");
         }
         if scene.detail.is_some() {
-            return refused("densities as their voxels have them", "leave [detail] out");
+            return refused("[detail]", "leave [detail] out");
         }
         let mut plan = Plan::new(scene, &options, control)?;
         if plan.space.many_lights.is_some() {
-            return refused("stars with depths of their own alone", "set exact_stars to the number of stars");
+            return refused("aggregated stars", "set exact_stars to the number of stars");
         }
         let tables = Tables::new(&plan);
         if plan.star_march.is_some() || plan.light_field.is_some() || tables.terms.exponentials().is_none() {
-            return refused("methods whose terms are exponentials", "take the method that is used where none is said");
+            return refused("this spectral method", "use the default method");
         }
         drop(tables);
         let mut boxes = plan.space.dust.iter().map(|d| &**d).chain(plan.space.gas()).map(|grid| grid.lattice().bounds);
         let Some(bounds) = boxes.next() else { return refused("dust or gas", "give the scene some") };
         if let Some(other) = boxes.find(|other| *other != bounds) {
-            let wanted = format!("the box of all others, {} to {}", bounds.low, bounds.high);
-            return Err(Error::value("box of a density", format!("{} to {}", other.low, other.high), wanted));
+            let named = |bounds: Bounds| format!("{} to {} pc", bounds.low, bounds.high);
+            return Err(Error::mismatch("boxes of bricked densities", named(bounds), named(other)));
         }
         let lattice = Lattice { dims, bounds };
         // Each brick brings its own.
@@ -255,7 +255,7 @@ impl Whole {
         front.check(size)?;
         back.check(size)?;
         if front.points.len() != back.points.len() {
-            return Err(Error::value("sources of a partial picture", front.points.len(), format!("{} sources", back.points.len())));
+            return Err(Error::mismatch("sources of a partial picture", back.points.len(), front.points.len()));
         }
         let points = front.points.iter().zip(&back.points).map(|(a, b)| a + b).collect();
         if front.values.is_empty() || back.values.is_empty() {
@@ -332,7 +332,7 @@ impl Partial {
             return Ok(());
         }
         let what = format!("{} x {} rays of {size} numbers", self.rows.len(), self.columns.len());
-        Err(Error::value("partial picture", format!("{} values", self.values.len()), what))
+        Err(Error::mismatch("partial picture", what, format!("{} numbers", self.values.len())))
     }
 
     /// The numbers of a ray, where the ray is among those that meet the bricks.

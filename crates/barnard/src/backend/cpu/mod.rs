@@ -44,7 +44,7 @@ const TILE: usize = 4;
 /// The row of this back end in the catalogue.
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "cpu",
-    summary: "f32, SIMD, all cores, reads only the plan; the same bits on any number of threads",
+    summary: "f32, SIMD, all cores; the same bits on any number of threads",
     planned: true,
     device: DeviceUse::Never,
     open: |_| Ok(Box::new(Cpu)),

@@ -47,7 +47,7 @@ impl Majorant {
                 let [x, y, z] = blocks.lattice().place(i);
                 let p = blocks.lattice().centre(x, y, z);
                 Err(Error::Density(format!(
-                    "a density near ({:.3}, {:.3}, {:.3}) pc is not finite: collisions cannot be drawn without a bound; limit it, as in min(f, 1e3)",
+                    "a density near ({:.3}, {:.3}, {:.3}) pc is not finite, so collisions have no bound; limit it, as in min(f, 1e3)",
                     p.x, p.y, p.z
                 )))
             }

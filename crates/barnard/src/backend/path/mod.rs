@@ -32,6 +32,7 @@ use tracer::Tracer;
 
 /// Sampling options of the path tracer.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Options {
     /// Light of stars that has scattered less often than this is left out, and light of gas and background that has
     /// scattered less often than one time less: 1 is all of it.
@@ -50,10 +51,36 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Options without light of fewer scatterings.
+    #[must_use]
+    pub fn with_first(self, first: usize) -> Self {
+        Self { first, ..self }
+    }
+
+    /// Options with another number of paths per pixel and band.
+    #[must_use]
+    pub fn with_samples(self, samples: u64) -> Self {
+        Self { samples, ..self }
+    }
+
+    /// Options with a relative standard error at which to stop.
+    #[must_use]
+    pub fn with_target_error(self, target_error: Option<f64>) -> Self {
+        Self { target_error, ..self }
+    }
+
+    /// Options with another seed.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+}
+
 /// The row of this back end in the catalogue.
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "path",
-    summary: "f64, the referee: an unbiased path tracer, any number of bounces, standard errors beside the bands",
+    summary: "f64, unbiased Monte Carlo path tracer: ground truth with any number of bounces and standard errors",
     planned: false,
     device: DeviceUse::Never,
     open: |_| Ok(Box::new(PathTracer::new(Options::default()))),
@@ -252,16 +279,16 @@ pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -
     image.bands.extend(errors);
     image.notes.push((
         "backend".into(),
-        format!("path, {} paths a pixel, at most {} bounces, seed {}", film.samples, scene.method.bounces, options.seed),
+        format!("path, {} paths per pixel, at most {} bounces, seed {}", film.samples, scene.method.bounces, options.seed),
     ));
     image.keywords.extend([
         keywords::text("BACKEND", "path", "unbiased path tracer"),
-        keywords::integer("BOUNCES", scene.method.bounces, "times that light may scatter"),
-        keywords::integer("NPATHS", film.samples as usize, "paths of each pixel"),
-        keywords::integer("SEED", options.seed as usize, "of the random numbers"),
+        keywords::integer("BOUNCES", scene.method.bounces, "largest number of scatterings"),
+        keywords::integer("NPATHS", film.samples as usize, "paths per pixel"),
+        keywords::integer("SEED", options.seed as usize, "seed of the random numbers"),
     ]);
     if film.bad > 0 {
-        image.notes.push(("bad paths".into(), format!("{} brought no number and were left out", film.bad)));
+        image.notes.push(("bad paths".into(), format!("{} were not finite and were skipped", film.bad)));
     }
     Ok(image)
 }

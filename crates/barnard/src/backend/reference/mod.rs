@@ -74,7 +74,7 @@ struct Truth<'a> {
 /// The row of this back end in the catalogue.
 pub const ENTRY: BackendEntry = BackendEntry {
     name: "reference",
-    summary: "f64, adaptive in space and wavelength, exact star depths: slow, plain, the definition",
+    summary: "f64, adaptive in space and wavelength, exact star depths: the slow reference",
     planned: false,
     device: DeviceUse::Never,
     open: |_| Ok(Box::new(Reference { accuracy: DEFAULT_ACCURACY })),
@@ -125,8 +125,8 @@ impl Backend for Reference {
         let accuracy = self.accuracy;
         image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
         image.keywords.push(keywords::text("BACKEND", "reference", "adaptive integration in double precision"));
-        image.keywords.push(keywords::integer("BOUNCES", 1, "times that light may scatter"));
-        image.keywords.extend(keywords::number("ACCURACY", accuracy, "asked for, relative to each pixel"));
+        image.keywords.push(keywords::integer("BOUNCES", 1, "largest number of scatterings"));
+        image.keywords.extend(keywords::number("ACCURACY", accuracy, "requested, relative to each pixel"));
         Ok(image)
     }
 }

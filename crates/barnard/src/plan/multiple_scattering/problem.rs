@@ -90,7 +90,7 @@ impl<'a> Problem<'a> {
             cells = self.cells(edge);
         }
         let bytes = bytes_of(&cells);
-        memory::check("the field of light that is scattered more than once", space.bytes() + bytes, limit)?;
+        memory::check("the multiple-scattering field", space.bytes() + bytes, limit)?;
         Ok(Fitting { cells, bytes, coarser: edge < fineness.cells })
     }
 

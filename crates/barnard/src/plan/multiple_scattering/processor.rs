@@ -60,9 +60,7 @@ impl<'a> Sweepers<'a> {
         match work(&Processor) {
             Ok(made) => Ok((made, (processor + self.gave_up.get().map_or("", String::as_str)).into())),
             Err(Failure::Stopped(error)) => Err(error),
-            Err(Failure::Unable(why)) => Err(Error::Method(format!(
-                "light that is scattered more than once cannot be swept ({processor}: {why}); write bounces = 1"
-            ))),
+            Err(Failure::Unable(why)) => Err(Error::Method(format!("multiple scattering failed ({processor}: {why}); set bounces = 1"))),
         }
     }
 }

@@ -58,10 +58,10 @@ impl std::fmt::Display for FarFieldReport {
         let Self { stars, near_pc: (low, high), shadows, error } = self;
         write!(
             f,
-            "light of {stars} stars is gathered in cells beyond {low:.3} to {high:.3} pc of each, with shadows of {shadows} voxels an edge, "
+            "light of {stars} stars is aggregated in cells beyond {low:.3} to {high:.3} pc of each, with shadows of {shadows} voxels per edge, "
         )?;
         match error {
-            Some(error) => write!(f, "{:.1} % from the exact light at places in the dust on average", 100.0 * error),
+            Some(error) => write!(f, "{:.1} % mean error at random places in the dust", 100.0 * error),
             None => write!(f, "its error is unknown"),
         }
     }
@@ -83,27 +83,31 @@ impl std::fmt::Display for ScatteringReport {
         let by = &self.swept_by;
         write!(
             f,
-            "{sweeps} orders of scattering swept on {by} in {x} x {y} x {z} cells and {first} directions, then {others}, moments to degree {degree}, {} MiB",
+            "{sweeps} scattering orders computed on {by} in {x} x {y} x {z} cells and {first} directions, then {others}, moments up to degree {degree}, {} MiB",
             self.bytes >> 20
         )?;
         if coarser {
-            write!(f, " (more cells would not fit: raise the memory limit)")?;
+            write!(f, " (limited by memory: raise the memory limit for more cells)")?;
         }
         if !settled {
-            write!(f, " (more would be needed)")?;
+            write!(f, " (not converged)")?;
         }
-        write!(f, ", {:.1} % of this light by their geometric series; error of this light: spectral not certified", 100.0 * series)?;
+        write!(
+            f,
+            ", {:.1} % of this light extrapolated by a geometric series; error of this light: spectral not certified",
+            100.0 * series
+        )?;
         match error_estimate {
             Some(ErrorEstimate { spatial, angular }) => {
                 write!(
                     f,
-                    ", spatial about {:.1} %, angular about {:.1} % (by half as many cells an edge, and other directions)",
+                    ", spatial about {:.1} %, angular about {:.1} % (from a coarser grid and other directions)",
                     100.0 * spatial,
                     100.0 * angular
                 )?;
             }
             None => write!(f, ", spatial and angular unknown")?,
         }
-        write!(f, ", that of moments above the degree unknown")
+        write!(f, ", truncation of moments unknown")
     }
 }

@@ -215,7 +215,7 @@ fn orders(
     for sweeps in 1..bounces.min(MAX_SWEEPS + 1) {
         let (own, sum) = orders.next(control)?;
         if !own.iter().chain(&sum).all(|power| power.is_finite()) {
-            return Err(Failure::Unable("it comes to no number, since densities or lights are too large or too small".into()));
+            return Err(Failure::Unable("the solution is not finite, because densities or lights are too large or too small".into()));
         }
         neumann.push(own, sum);
         control.report(Stage::Light, sweeps as u64, neumann.expected(bounces));

@@ -92,7 +92,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
         }
         rules.accuracy *= FINER;
     }
-    best.map(|b| b.0).ok_or_else(|| crate::Error::Method("no spectral rule was found".into()))
+    best.map(|b| b.0).ok_or_else(|| crate::Error::Method("no spectral rule reaches the accuracy; increase accuracy".into()))
 }
 
 /// The exact measure of every light through each band: band × light.

@@ -58,13 +58,13 @@ impl SpatialPlan {
         let wanted = (usize::from(self.dust.is_some()), stars, self.emission.len());
         if counts != wanted {
             let named = |(dust, depths, gas)| format!("{dust} of dust, {depths} of star depths, {gas} of gas");
-            return Err(Error::value("fields of a brick", named(counts), named(wanted)));
+            return Err(Error::mismatch("fields of a brick", named(wanted), named(counts)));
         }
         let bytes = self.precision.bytes() * ((wanted.0 + wanted.1 + wanted.2) * held.cells()) as u64;
         memory::check("volumes of a brick", bytes, memory_limit)?;
         let grid = |what: &'static str, data: Vec<f32>| match data.len() == held.cells() {
             true => Ok(Grid::from_lattice(held.clone(), data)),
-            false => Err(Error::value(what, format!("{} values", data.len()), format!("{} values, as many as voxels", held.cells()))),
+            false => Err(Error::mismatch(what, format!("{} values, one per voxel", held.cells()), data.len())),
         };
         let dust = dust.map(|data| grid("dust of a brick", data)).transpose()?;
         let depths = depths.into_iter().map(|data| grid("star depths of a brick", data)).collect::<Result<Vec<_>>>()?;

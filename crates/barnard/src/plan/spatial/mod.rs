@@ -290,7 +290,7 @@ impl SpatialPlan {
             let own = dust.at(star.position) * edge;
             if own > SWALLOWED {
                 return Err(Error::Star(format!(
-                    "{} lies in a cell of optical depth {own:.1} a voxel: none of its light gets out; move the star, or carve a hole such as density = \"cloud * step((x-X)^2+(y-Y)^2+(z-Z)^2, R^2)\"",
+                    "{} is in a voxel of optical depth {own:.1}, so none of its light escapes; move the star, or carve a hole such as density = \"cloud * step((x-X)^2+(y-Y)^2+(z-Z)^2, R^2)\"",
                     star.name
                 )));
             }

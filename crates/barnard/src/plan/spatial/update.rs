@@ -145,12 +145,12 @@ impl SpatialPlan {
     /// Where there is no such star, its depths are not kept, or the place is none.
     pub fn move_star(&mut self, star: usize, place: DVec3, control: &Control) -> Result<()> {
         if !place.is_finite() {
-            return Err(Error::Star(format!("{place} pc is no place for a star: coordinates are numbers")));
+            return Err(Error::Star(format!("the star position {place} pc must be finite")));
         }
         let slot_in = |v: &Volume| v.channels.iter().position(|c| *c == Channel::StarDepth(star));
         let Some((i, slot)) = self.volumes.iter().enumerate().find_map(|(i, v)| slot_in(v).map(|slot| (i, slot))) else {
             let count = self.stars.len();
-            return Err(Error::Star(format!("star number {star} of {count} has no depths of its own to sweep; make a new plan")));
+            return Err(Error::Star(format!("star number {star} of {count} has no individual depths; make a new plan")));
         };
         let before = std::mem::replace(&mut self.stars[star], place);
         let mut volume = self.volumes.swap_remove(i);

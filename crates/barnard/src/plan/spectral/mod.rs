@@ -186,8 +186,8 @@ impl SpectralPlan {
                 let total = source.measure.total();
                 if total.is_nan() || total >= STRONGEST {
                     let (name, band) = (&light.name, band.band.name());
-                    let room = format!("more than the {STRONGEST:.0e} that single precision leaves room for");
-                    return Err(Error::Strength(format!("{name} sends {total:.1e} W m-2 through band {band}, {room}")));
+                    let room = format!("more than the limit of single precision, {STRONGEST:.0e}");
+                    return Err(Error::Strength(format!("{name} emits {total:.1e} W m-2 through band {band}, {room}")));
                 }
             }
         }

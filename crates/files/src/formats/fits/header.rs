@@ -70,11 +70,11 @@ impl Header {
     /// Reads a header of at most so many blocks, of which it takes some away.
     fn read(request: &mut Request, start: u64, blocks: &mut usize) -> Result<Self> {
         let path = request.path;
-        let broken = |reason: &str| Error::file(path, format!("is no valid FITS file: {reason}"));
+        let broken = |reason: &str| Error::file(path, format!("is not a valid FITS file: {reason}"));
         let (mut cards, mut problems) = (Vec::new(), Vec::new());
         for block in 0..*blocks {
             let from = start + (block * BLOCK) as u64;
-            let bytes = request.bytes(from, BLOCK)?.ok_or_else(|| broken("the header is truncated, no END card"))?;
+            let bytes = request.bytes(from, BLOCK)?.ok_or_else(|| broken("the header is truncated: no END card"))?;
             for card in bytes.chunks_exact(CARD) {
                 let text = String::from_utf8_lossy(card).into_owned();
                 let keyword: String = text.chars().take(8).collect::<String>().trim().to_owned();
@@ -96,7 +96,7 @@ impl Header {
                     if is_numeric(&keyword)
                         && cards.iter().any(|(own, other): &(String, String)| *own == keyword && parsed(other) != parsed(&value))
                     {
-                        problems.push(format!("{keyword} is given twice with different values"));
+                        problems.push(format!("{keyword} occurs twice with different values"));
                     }
                     if keyword == "BLANK" && !value.is_empty() && value.parse::<i64>().is_err() {
                         problems.push(format!("BLANK = {value} is not a whole number"));
@@ -105,7 +105,7 @@ impl Header {
                 }
             }
         }
-        Err(broken(&format!("its headers have more than {MAX_HEADER_BLOCKS} blocks")))
+        Err(broken(&format!("its headers exceed {MAX_HEADER_BLOCKS} blocks")))
     }
 
     pub fn text(&self, keyword: &str) -> Option<&str> {
@@ -124,9 +124,7 @@ impl Header {
     /// Refuses a header with a card that should be a number and is not.
     pub fn check(&self, path: &std::path::Path) -> Result<()> {
         match self.broken() {
-            Some(broken) => {
-                Err(Error::file(path, format!("{broken}; correct the card, with a decimal point and nothing behind the number")))
-            }
+            Some(broken) => Err(Error::file(path, format!("{broken}; correct the card: decimal point, nothing after the number"))),
             None => Ok(()),
         }
     }
@@ -174,7 +172,7 @@ impl Header {
         let name = self.text("EXTNAME").map_or(String::new(), |n| format!(" \"{n}\""));
         Some(match self.text("PIXTYPE") {
             Some("HEALPIX") => format!(
-                "HDU{name} is a HEALPix map of the sky (NSIDE {}), which has no depth: make a grid of it first",
+                "HDU{name} is a HEALPix map of the sky (NSIDE {}) without depth; convert it to a grid first",
                 self.text("NSIDE").unwrap_or("unknown")
             ),
             _ => format!("HDU{name} is a table"),
@@ -224,7 +222,7 @@ impl Header {
         }
         let along: Vec<usize> = followed.iter().flatten().map(|(j, _)| *j).collect();
         if (1..along.len()).any(|k| along[..k].contains(&along[k])) {
-            return Err("two of its axes run along the same axis of the array".into());
+            return Err("two of its axes are parallel to the same array axis".into());
         }
         Ok(followed)
     }
@@ -305,7 +303,7 @@ fn value_of(field: &str) -> String {
 pub fn headers(request: &mut Request) -> Result<Vec<Header>> {
     let magic = b"SIMPLE  =";
     if request.bytes(0, magic.len())?.is_none_or(|own| own != magic) {
-        return Err(Error::file(request.path, "is no FITS file: it does not begin with SIMPLE"));
+        return Err(Error::file(request.path, "is not a FITS file: it does not begin with SIMPLE"));
     }
     let mut headers = Vec::new();
     let (mut start, mut blocks) = (0u64, MAX_HEADER_BLOCKS);
@@ -316,7 +314,7 @@ pub fn headers(request: &mut Request) -> Result<Vec<Header>> {
         }
         let header = Header::read(request, start, &mut blocks)?;
         let next = header.data_bytes().and_then(|n| header.data.checked_add(n));
-        let next = next.ok_or_else(|| Error::file(request.path, "BITPIX or NAXIS are missing or impossible"))?;
+        let next = next.ok_or_else(|| Error::file(request.path, "BITPIX or NAXIS are missing or invalid"))?;
         headers.push(header);
         start = next;
     }

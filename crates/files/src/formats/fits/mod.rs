@@ -29,7 +29,7 @@ use spectra::curve::Columns;
 
 pub(super) const READER: Reader = Reader {
     extensions: &["fits", "fit", "fts", "fits.gz", "fit.gz", "fts.gz", "fz"],
-    summary: "FITS image HDU, three axes, also in tiles or packed by gzip",
+    summary: "FITS image HDU of three axes, also tiled or gzipped",
     array: Some(array),
     members: Some(members),
     image: Some(image),
@@ -38,7 +38,7 @@ pub(super) const WRITER: Writer = Writer {
     extension: "fits",
     is_picture: false,
     has_layers: true,
-    summary: "one image HDU a band, and for each layer: BUNIT, pixel scale, passband, certificate",
+    summary: "one image HDU per band and layer: BUNIT, pixel scale, passband, certificate",
     encode,
 };
 
@@ -60,7 +60,7 @@ fn stored_of(bitpix: Option<i64>) -> std::result::Result<Stored, String> {
         Some(64) => Number::Int(8),
         Some(-32) => Number::Float(4),
         Some(-64) => Number::Float(8),
-        other => return Err(format!("BITPIX = {} is none of 8, 16, 32, 64, -32, -64", other.unwrap_or(0))),
+        other => return Err(format!("BITPIX = {} is invalid; it must be 8, 16, 32, 64, -32 or -64", other.unwrap_or(0))),
     };
     Ok(Stored { kind, big_endian: true })
 }
@@ -96,7 +96,7 @@ fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usiz
     let (there, cells) = (request.length.saturating_sub(header.data), shape.iter().product::<usize>());
     if cells.checked_mul(stored.size()).is_none_or(|announced| announced as u64 > there) {
         let announced = format!("{cells} values of {} bytes announced", stored.size());
-        return Err(Error::file(path, format!("is truncated: {announced}, {there} bytes there")));
+        return Err(Error::file(path, format!("is truncated: {announced}, {there} bytes found")));
     }
     let value = value_of(header);
     let failed = |e| Error::file(path, format!("cannot be read: {e}"));
@@ -125,7 +125,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
         None => {
             let cubes: Vec<usize> = (0..headers.len()).filter(|i| squeezed(&headers[*i]).len() == 3).collect();
             if cubes.len() > 1 {
-                let reason = format!("holds {} cubes (HDUs {cubes:?}); choose one with array = \"{}\"", cubes.len(), cubes[0]);
+                let reason = format!("has {} cubes (HDUs {cubes:?}); select one with array = \"{}\"", cubes.len(), cubes[0]);
                 return Err(Error::file(request.path, reason));
             }
             &headers[cubes.first().copied().unwrap_or(0)]
@@ -133,7 +133,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     };
     let tables = if squeezed(header).is_empty() { headers.iter().find_map(Header::table) } else { header.table() };
     if let Some(what) = tables {
-        return Err(Error::file(request.path, format!("{what}; a grid is an image HDU of three axes")));
+        return Err(Error::file(request.path, format!("{what}; a grid requires an image HDU of three axes")));
     }
     // FITS lists the fastest axis first; indices in C order run the other way.
     let mut axes = header.squeezed();
@@ -171,7 +171,7 @@ pub(super) fn picture(request: &mut Request) -> Result<([usize; 2], Vec<f64>)> {
         Some(wanted) => Some(hdu(request.path, &headers, wanted)?).filter(|number| is_image(&headers[*number])),
         None => headers.iter().position(is_image),
     };
-    let number = number.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image there"))?;
+    let number = number.ok_or_else(|| Error::file(request.path, "has no 2-D image there"))?;
     let mut values = Vec::new();
     let (width, height) = planes(request, &headers[number..=number], |_| true, |_, own| values = own)?;
     Ok(([width, height], values))
@@ -190,7 +190,7 @@ pub fn columns(request: &mut Request) -> Result<Columns> {
         Some(wanted) => Some(hdu(path, &headers, wanted)?).filter(|number| is_table(&headers[*number])),
         None => headers.iter().position(is_table),
     };
-    let number = number.ok_or_else(|| Error::file(path, "holds no binary table of columns; write one with a column of wavelengths"))?;
+    let number = number.ok_or_else(|| Error::file(path, "has no binary table; add one with a column of wavelengths"))?;
     let header = &headers[number];
     header.check(path)?;
     let table = table::Table::of(header).map_err(|reason| Error::file(path, reason))?;
@@ -266,13 +266,13 @@ fn planes(
         checked_shape(request.path, request.memory_limit, &[number as u64 + 1, axes[1], axes[0]])?;
         let (shape, _) = three_axes(request.path, &[1, axes[1], axes[0]])?;
         if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
-            return Err(Error::file(request.path, "holds images of different sizes"));
+            return Err(Error::file(request.path, "has images of different sizes"));
         }
         let whole = Layout { shape, frame: None }.whole();
         let values = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
         let rows = values.chunks(axes[0] as usize);
         take((hdu, header), if header.is_top_down() { values } else { rows.rev().flatten().copied().collect() });
     }
-    let (width, height) = size.ok_or_else(|| Error::file(request.path, "holds no two-dimensional image"))?;
+    let (width, height) = size.ok_or_else(|| Error::file(request.path, "has no 2-D image"))?;
     Ok((width as usize, height as usize))
 }

@@ -87,13 +87,13 @@ impl Observed {
             [] => {
                 let known: Vec<&str> = self.planes.iter().map(|plane| plane.name.as_str()).collect();
                 Err(format!(
-                    "has no image of passband {name}; its images are {}; choose one by FILE[NAME] or FILE[NUMBER]",
+                    "has no image of passband {name}; its images are {}; select one with FILE[NAME] or FILE[NUMBER]",
                     known.join(", ")
                 ))
             }
             [first, ..] => {
                 let (count, own) = (found.len(), &first.name);
-                Err(format!("has {count} images called {own}; choose one by FILE[{own},{}]", first.version))
+                Err(format!("has {count} images named {own}; select one with FILE[{own},{}]", first.version))
             }
         }
     }
@@ -228,7 +228,7 @@ impl Sky {
         };
         let others = || ["A_ORDER", "B_ORDER", "CPDIS1", "CPDIS2"].iter().find(|keyword| is_there(keyword)).map(|own| (*own).to_owned());
         let is_of_another_year = || number("EQUINOX").filter(|year| *year != 2000.0).map(|year| format!("EQUINOX = {year}"));
-        let is_none = || known.is_none().then(|| "CRPIX, CRVAL, CD, PC or CDELT that are none".to_owned());
+        let is_none = || known.is_none().then(|| "invalid CRPIX, CRVAL, CD, PC or CDELT".to_owned());
         let peculiar = is_none()
             .or_else(is_distorted)
             .or_else(others)
@@ -255,8 +255,8 @@ impl Sky {
     /// Why places of another picture cannot be compared with those of this one, a picture of a scene; nothing where they can.
     pub fn differs(&self, other: &Self) -> Option<String> {
         let [own, theirs] = [self, other].map(|sky| sky.kinds.join(" and "));
-        let of_kind = || (own != theirs).then(|| format!("has the axes {theirs}, and the scene's picture {own}"));
-        other.peculiar.as_ref().map(|said| format!("says {said}, which no picture of a scene does")).or_else(of_kind)
+        let of_kind = || (own != theirs).then(|| format!("has the axes {theirs}, the scene's picture {own}"));
+        other.peculiar.as_ref().map(|said| format!("has {said}, which is unsupported")).or_else(of_kind)
     }
 
     /// How many of this one's pixels a place of another picture lies from where this one has it, which does not

@@ -30,21 +30,20 @@ struct Column {
 impl Table {
     /// The table whose header this is.
     pub fn of(header: &Header) -> Result<Self, String> {
-        let size = |keyword: &str| {
-            header.integer(keyword).and_then(|n| usize::try_from(n).ok()).ok_or(format!("{keyword} is missing or impossible"))
-        };
+        let size =
+            |keyword: &str| header.integer(keyword).and_then(|n| usize::try_from(n).ok()).ok_or(format!("{keyword} is missing or invalid"));
         let (row, rows, fields) = (size("NAXIS1")?, size("NAXIS2")?, size("TFIELDS")?);
         let heap = header.integer("THEAP").and_then(|n| u64::try_from(n).ok()).unwrap_or((row as u64).saturating_mul(rows as u64));
         let mut columns = Vec::new();
         let mut at = 0usize;
         for i in 1..=fields.min(999) {
             let format = header.text(&format!("TFORM{i}")).unwrap_or("").trim().to_owned();
-            let width = width(&format).ok_or_else(|| format!("TFORM{i} = '{format}' is no format of a column"))?;
+            let width = width(&format).ok_or_else(|| format!("TFORM{i} = '{format}' is not a column format"))?;
             columns.push(Column { name: header.text(&format!("TTYPE{i}")).unwrap_or("").trim().to_owned(), at, format });
             at = at.saturating_add(width);
         }
         if at > row {
-            return Err(format!("its columns take {at} bytes, a row has {row}"));
+            return Err(format!("its columns need {at} bytes, a row has {row}"));
         }
         Ok(Self { row, rows, heap, columns })
     }
@@ -54,7 +53,7 @@ impl Table {
         let bytes = (self.row as u64).saturating_mul(self.rows as u64);
         memory::check(&format!("the table of tiles of {}", request.path.display()), bytes, request.memory_limit)?;
         let read = request.bytes(header.data, usize::try_from(bytes).unwrap_or(usize::MAX))?;
-        read.ok_or_else(|| Error::file(request.path, "is truncated: its table of tiles is not all there"))
+        read.ok_or_else(|| Error::file(request.path, "is truncated: its table of tiles is incomplete"))
     }
 
     fn column<'a>(&self, name: &str, cells: &'a [u8]) -> Option<(&str, &'a [u8])> {
@@ -79,7 +78,7 @@ impl Table {
         for (i, own) in self.columns.iter().enumerate() {
             let letter = own.format.trim_start_matches('1');
             if letter.starts_with(|c: char| c.is_ascii_digit()) && !letter.ends_with('A') {
-                return Err(format!("column \"{}\" holds {} numbers in a cell; write one number a row", own.name, own.format));
+                return Err(format!("column \"{}\" has {} numbers per cell; write one number per row", own.name, own.format));
             }
             columns.columns.push(curve::Column { name: own.name.clone(), unit: text("TUNIT", i).map(str::to_owned) });
             let (scale, zero) =
@@ -92,7 +91,7 @@ impl Table {
             }
         }
         if columns.columns.len() < 2 || columns.rows.is_empty() {
-            return Err("holds no rows of two or more columns".into());
+            return Err("has no rows of two or more columns".into());
         }
         Ok(columns)
     }

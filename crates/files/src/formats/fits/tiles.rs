@@ -115,11 +115,11 @@ pub fn gathered<T: Kept>(
 
 impl<'h> Tiles<'h> {
     fn of(header: &'h Header) -> Result<Self, String> {
-        let axes = header.axes().ok_or("ZNAXIS is missing or impossible")?;
+        let axes = header.axes().ok_or("ZNAXIS is missing or invalid")?;
         let stored = stored_of(header.bitpix())?;
         let edge = |i: usize| match header.integer(&format!("ZTILE{i}")) {
             Some(edge) if edge > 0 => Ok((edge as u64).min(axes[i - 1])),
-            Some(edge) => Err(format!("ZTILE{i} = {edge} is no length of a tile")),
+            Some(edge) => Err(format!("ZTILE{i} = {edge} is not a valid tile length")),
             // Without a word a tile is a row.
             None => Ok(if i == 1 { axes[0] } else { 1 }),
         };
@@ -136,12 +136,12 @@ impl<'h> Tiles<'h> {
                 pixels: option("BLOCKSIZE").and_then(|n| usize::try_from(n).ok()).unwrap_or(32),
                 bytes: option("BYTEPIX").and_then(|n| usize::try_from(n).ok()).unwrap_or(4),
             },
-            other => return Err(format!("its tiles are packed by {other}, which is not read: unpack the file with funpack first")),
+            other => return Err(format!("its tiles are compressed with {other}, which is unsupported; run funpack first")),
         };
         if let Packing::Rice { pixels, bytes } = packing
             && !([1, 2, 4].contains(&bytes) && (1..=MOST_PIXELS).contains(&pixels))
         {
-            return Err(format!("BYTEPIX = {bytes} is none of 1, 2, 4, or BLOCKSIZE = {pixels} is none of 1 to {MOST_PIXELS}"));
+            return Err(format!("BYTEPIX = {bytes} must be 1, 2 or 4, and BLOCKSIZE = {pixels} between 1 and {MOST_PIXELS}"));
         }
         let seed = header.integer("ZDITHER0").and_then(|n| usize::try_from(n).ok()).unwrap_or(1).max(1);
         let dither = match header.text("ZQUANTIZ").unwrap_or("NO_DITHER") {
@@ -161,7 +161,7 @@ impl<'h> Tiles<'h> {
     fn fetch(&self, request: &mut Request, rows: &[u8], row: usize) -> Result<Tile> {
         let path = request.path;
         let wrong = |reason: &str| Error::file(path, format!("tile {}: {reason}", row + 1));
-        let missing = || wrong("the file ends before it: it is truncated or broken");
+        let missing = || wrong("it is beyond the end of the file: the file is truncated or corrupt");
         let cells = rows.chunks_exact(self.table.row.max(1)).nth(row).ok_or_else(missing)?;
         let packings = [
             ("COMPRESSED_DATA", self.packing),
@@ -175,7 +175,7 @@ impl<'h> Tiles<'h> {
         let (name, packing, from, bytes) = found.ok_or_else(|| wrong("it holds nothing"))?;
         // No packer makes numbers so much longer.
         if bytes > self.elements().saturating_mul(16).saturating_add(1 << 16) {
-            return Err(wrong("it is longer than its numbers could be: the file is broken"));
+            return Err(wrong("it is longer than its numbers: the file is corrupt"));
         }
         let from = self.header.data.checked_add(self.table.heap).and_then(|heap| heap.checked_add(from)).ok_or_else(missing)?;
         let bytes = request.bytes(from, usize::try_from(bytes).unwrap_or(usize::MAX))?.ok_or_else(missing)?;
@@ -200,7 +200,7 @@ impl<'h> Tiles<'h> {
                 decoded(stored, &bytes, count)?
             }
             Packing::Rice { .. } if matches!(stored.kind, Number::Float(_)) => {
-                return Err("Rice packs whole numbers, and it says no ZSCALE".into());
+                return Err("Rice compression of floats requires ZSCALE".into());
             }
             Packing::Rice { pixels, bytes } => rice(&tile.bytes, count, pixels, bytes)?,
         };
@@ -256,12 +256,12 @@ impl Dither {
 fn decoded(stored: Stored, bytes: &[u8], count: usize) -> Result<Vec<f64>, String> {
     let mut values = Vec::with_capacity(count.min(bytes.len()));
     stored.decode(bytes, |v| values.push(v));
-    if values.len() == count { Ok(values) } else { Err(format!("it has {} numbers, {count} belong to it", values.len())) }
+    if values.len() == count { Ok(values) } else { Err(format!("it has {} numbers, expected {count}", values.len())) }
 }
 
 /// Whole numbers of so many bytes that Rice coding packed, in blocks of `pixels`.
 fn rice(packed: &[u8], count: usize, pixels: usize, bytes: usize) -> Result<Vec<f64>, String> {
-    let broken = || "its Rice data end too early".to_owned();
+    let broken = || "its Rice data are truncated".to_owned();
     let width = 8 * bytes as u32;
     // Bits that say how many low bits follow, and the most of them.
     let (bits_of_split, most_split) = match bytes {

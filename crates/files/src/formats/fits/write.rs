@@ -18,7 +18,7 @@ fn primary(image: &Image, keywords: &[Keyword]) -> Vec<u8> {
     let mut primary = Cards::default();
     primary.value("SIMPLE", "T", "conforms to FITS standard");
     primary.value("BITPIX", 8, "no data in this HDU");
-    primary.value("NAXIS", 0, "the bands follow as IMAGE extensions");
+    primary.value("NAXIS", 0, "bands follow as IMAGE extensions");
     primary.value("EXTEND", "T", "");
     origin(&mut primary, image, keywords);
     primary.finish()
@@ -190,7 +190,7 @@ fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
                 name: format!("{}.{band}", layer.name),
                 number,
                 unit: None,
-                meaning: "a part of the light of the band",
+                meaning: "part of the light of the band",
             };
             bands.map(channel).collect()
         }
@@ -201,7 +201,7 @@ fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
         }
         LayerContent::Depth => vec![named("depth", 0, Some("pc"), "mean distance of the light of dust and gas")],
         LayerContent::OpticalDepth => {
-            vec![named("tau", 0, None, "optical depth at V"), named("opacity", 1, None, "part of light at V that dust takes")]
+            vec![named("tau", 0, None, "optical depth at V"), named("opacity", 1, None, "fraction of V light absorbed by dust")]
         }
     }
 }
@@ -283,9 +283,9 @@ fn header_of_cube(image: &Image, name: &str, bands: &[usize]) -> Vec<u8> {
         cards.number("CRPIX3", 1.0, "the first channel");
         cards.number("CRVAL3", 1e3 * axis.first_um, "its middle");
         cards.number("CDELT3", 1e3 * axis.step_um, "width of a channel");
-        cards.text("SPECSYS", "SOURCE", "wavelengths are seen at rest in the scene");
+        cards.text("SPECSYS", "SOURCE", "wavelengths are at rest in the scene");
         if let Some(rest_um) = axis.rest_um {
-            cards.number("RESTWAV", 1e-6 * rest_um, "[m] of the line at rest, in vacuum");
+            cards.number("RESTWAV", 1e-6 * rest_um, "[m] rest wavelength of the line, in vacuum");
         }
         if let Some(power) = axis.resolving_power {
             cards.number("SPEC_RES", power, "resolving power, wavelength over FWHM");
@@ -313,7 +313,7 @@ pub fn write_grid(file: &GridFile, out: &mut dyn Write) -> Result<()> {
         cards.text(&format!("CTYPE{axis}"), kind, "Cartesian");
         cards.text(&format!("CUNIT{axis}"), "pc", "");
         cards.number(&format!("CRPIX{axis}"), 1.0, "the first voxel");
-        cards.number(&format!("CRVAL{axis}"), first[i], "where its middle is");
+        cards.number(&format!("CRVAL{axis}"), first[i], "position of its centre");
         cards.number(&format!("CDELT{axis}"), step[i], "edge of a voxel");
     }
     cards.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
@@ -349,7 +349,7 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
         cards.number("BANDWID", width * 1e3, "[nm] integral of the response R");
     }
     if let Some(counting) = band.counting {
-        cards.text("COUNTING", counting, "what the detector counts");
+        cards.text("COUNTING", counting, "quantity counted by the detector");
     }
     band.keywords.iter().filter(|keyword| holds(image, keyword.name)).for_each(|keyword| cards.keyword(keyword));
     wcs(&mut cards, image, 2);
@@ -376,7 +376,7 @@ fn wcs(cards: &mut Cards, image: &Image, axes: usize) {
         let axis = i + 1;
         cards.text(&format!("CTYPE{axis}"), kind, "camera frame");
         cards.text(&format!("CUNIT{axis}"), unit, "");
-        cards.number(&format!("CRPIX{axis}"), middle, "where the axis of view meets the image");
+        cards.number(&format!("CRPIX{axis}"), middle, "optical axis in the image");
         cards.number(&format!("CRVAL{axis}"), 0.0, "");
         cards.number(&format!("CDELT{axis}"), step, "pixel scale");
     }
@@ -393,7 +393,7 @@ fn on_the_sky(cards: &mut Cards, image: &Image, sky: &SkyCoordinates, axes: usiz
         let axis = i + 1;
         cards.text(&format!("CTYPE{axis}"), kind, "place on the sky");
         cards.text(&format!("CUNIT{axis}"), "deg", "");
-        cards.number(&format!("CRPIX{axis}"), image.reference_pixel()[i], "where the axis of view meets the image");
+        cards.number(&format!("CRPIX{axis}"), image.reference_pixel()[i], "optical axis in the image");
         cards.number(&format!("CRVAL{axis}"), sky.reference_deg[i], of);
         cards.number(&format!("CDELT{axis}"), sky.step_deg[i], "pixel scale");
     }

@@ -17,7 +17,7 @@ use write::write;
 use super::{GridWriter, Reader};
 
 pub(super) const GRID_WRITER: GridWriter =
-    GridWriter { extension: "h5", summary: "HDF5 dataset of singles by x, y and z, with units and edges in pc", write };
+    GridWriter { extension: "h5", summary: "HDF5 dataset of singles along x, y and z, with units and edges in pc", write };
 
 pub(super) const READER: Reader = Reader {
     extensions: &["h5", "hdf5", "hdf", "he5", "nc", "nc4", "mat"],

@@ -54,7 +54,7 @@ impl<'a> Bytes<'a> {
     /// Goes to another place.
     pub fn go(&mut self, to: u64) -> Result<()> {
         if to > self.length {
-            return Err(self.wrong(format!("the file points to byte {to} and has {}: it is truncated or broken", self.length)));
+            return Err(self.wrong(format!("the file points to byte {to} of {}: it is truncated or corrupt", self.length)));
         }
         // Short ways stay within what is read ahead.
         let way = i64::try_from(i128::from(to) - i128::from(self.at)).unwrap_or(i64::MAX);
@@ -66,8 +66,8 @@ impl<'a> Bytes<'a> {
     /// Leaves out some bytes.
     pub fn skip(&mut self, count: u64) -> Result<()> {
         let to = self.at.checked_add(count).filter(|to| *to <= self.length);
-        let to = to
-            .ok_or_else(|| self.wrong(format!("{count} bytes are announced, {} are left: the file is truncated or broken", self.left())))?;
+        let to =
+            to.ok_or_else(|| self.wrong(format!("{count} bytes are announced, {} remain: the file is truncated or corrupt", self.left())))?;
         self.go(to)
     }
 
@@ -75,7 +75,7 @@ impl<'a> Bytes<'a> {
     pub fn fill(&mut self, bytes: &mut [u8]) -> Result<()> {
         if bytes.len() as u64 > self.left() {
             return Err(self.wrong(format!(
-                "{} bytes are announced, {} are left: the file is truncated or broken",
+                "{} bytes are announced, {} remain: the file is truncated or corrupt",
                 bytes.len(),
                 self.left()
             )));
@@ -88,7 +88,7 @@ impl<'a> Bytes<'a> {
     /// So many bytes, after a look at how many there are.
     pub fn take(&mut self, count: usize) -> Result<Vec<u8>> {
         if count as u64 > self.left() {
-            return Err(self.wrong(format!("{count} bytes are announced, {} are left: the file is truncated or broken", self.left())));
+            return Err(self.wrong(format!("{count} bytes are announced, {} remain: the file is truncated or corrupt", self.left())));
         }
         let mut bytes = vec![0; count];
         self.fill(&mut bytes)?;
@@ -135,7 +135,7 @@ impl<'a> Bytes<'a> {
     pub fn text(&mut self) -> Result<String> {
         let length = self.u32()? as usize;
         if length > LONGEST_TEXT {
-            return Err(self.wrong(format!("a name of {length} bytes is announced; {LONGEST_TEXT} are read at most")));
+            return Err(self.wrong(format!("a name of {length} bytes is announced; at most {LONGEST_TEXT} are supported")));
         }
         Ok(String::from_utf8_lossy(&self.take(length)?).into_owned())
     }

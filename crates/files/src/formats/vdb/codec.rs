@@ -91,7 +91,7 @@ impl Coding {
     pub fn block(&self, bytes: &mut Bytes, active: &Mask, places: usize) -> Result<Block> {
         let kind = bytes.u8()?;
         if kind > inactive::STORED {
-            return Err(bytes.wrong(format!("a block of kind {kind}, of 0 to {}: the file is broken", inactive::STORED)));
+            return Err(bytes.wrong(format!("a block has kind {kind} of 0 to {}: the file is corrupt", inactive::STORED)));
         }
         let mut own = [if kind == inactive::BACKGROUND { self.background } else { -self.background }, self.background];
         if matches!(kind, inactive::ONE | inactive::MASK_AND_ONE | inactive::MASK_AND_TWO) {
@@ -119,7 +119,7 @@ impl Coding {
         if length <= 0 {
             if length.unsigned_abs() != size as u64 {
                 return Err(bytes.wrong(format!(
-                    "{} plain bytes are announced for {count} values of {} bytes",
+                    "{} uncompressed bytes are announced for {count} values of {} bytes",
                     length.unsigned_abs(),
                     self.packed
                 )));
@@ -193,7 +193,7 @@ fn unblosc(coded: &[u8], size: usize) -> std::result::Result<Vec<u8>, String> {
     let (flags, type_size) = (header[2], usize::from(header[3]).max(1));
     let (bytes, block, length) = (word(4), word(8), word(12));
     if bytes != size {
-        return Err(format!("its Blosc buffer holds {bytes} bytes, {size} are wanted"));
+        return Err(format!("its Blosc buffer has {bytes} bytes, expected {size}"));
     }
     if length > coded.len() {
         return Err(short());
@@ -203,7 +203,7 @@ fn unblosc(coded: &[u8], size: usize) -> std::result::Result<Vec<u8>, String> {
         return body.get(HEADER..HEADER + size).map(<[u8]>::to_vec).ok_or_else(short);
     }
     if flags >> 5 != LZ4 || flags & BITS_SHUFFLED != 0 {
-        return Err("its Blosc buffer is packed by something else than LZ4 with byte shuffle, which OpenVDB writes".into());
+        return Err("its Blosc buffer is not LZ4 with byte shuffle, as OpenVDB writes it".into());
     }
     if size > 0 && (block == 0 || block > size) {
         return Err(format!("its Blosc buffer has blocks of {block} bytes in {size}"));
@@ -225,7 +225,7 @@ fn unblosc(coded: &[u8], size: usize) -> std::result::Result<Vec<u8>, String> {
             if length == stream.len() {
                 stream.copy_from_slice(packed);
             } else if lz4_flex::block::decompress_into(packed, stream).ok() != Some(stream.len()) {
-                return Err("the LZ4 stream of its Blosc buffer is broken".into());
+                return Err("the LZ4 stream of its Blosc buffer is corrupt".into());
             }
         }
         if flags & SHUFFLED != 0 && type_size > 1 { unshuffle(&own, type_size, out) } else { out.copy_from_slice(&own) }

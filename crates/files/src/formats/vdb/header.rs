@@ -84,12 +84,12 @@ impl Descriptor {
 /// The grids of a file.
 pub fn descriptors(bytes: &mut Bytes) -> Result<Vec<Descriptor>> {
     if bytes.left() < 8 || bytes.i64()? != MAGIC {
-        return Err(bytes.wrong_at(0, "this is no OpenVDB file: it does not begin with \" BDV\""));
+        return Err(bytes.wrong_at(0, "is not an OpenVDB file: it does not begin with \" BDV\""));
     }
     let version = bytes.u32()?;
     if !VERSIONS.contains(&version) {
         let message = format!(
-            "a file of version {version}; those from {} to {} are read, which OpenVDB 3 to 13 write: open and save it with one of them",
+            "file version {version} is unsupported; {} to {} are supported: save it with OpenVDB 3 to 13",
             VERSIONS.start(),
             VERSIONS.end()
         );
@@ -103,12 +103,12 @@ pub fn descriptors(bytes: &mut Bytes) -> Result<Vec<Descriptor>> {
     metadata(bytes)?;
     let count = bytes.u32()?;
     if count > MOST_GRIDS {
-        return Err(bytes.wrong(format!("{count} grids are announced; {MOST_GRIDS} are read at most")));
+        return Err(bytes.wrong(format!("{count} grids are announced; at most {MOST_GRIDS} are supported")));
     }
     if !has_offsets && count > 1 {
-        return Err(bytes.wrong(format!(
-            "the file was streamed, with {count} grids and no table of where they are: save them as a file that can be sought, or one grid alone"
-        )));
+        return Err(
+            bytes.wrong(format!("the file is a stream of {count} grids without offsets; save it as a seekable file, or with one grid"))
+        );
     }
     let mut grids: Vec<Descriptor> = Vec::new();
     for _ in 0..count {
@@ -125,7 +125,7 @@ pub fn descriptors(bytes: &mut Bytes) -> Result<Vec<Descriptor>> {
         let (start, end) = if has_offsets { (start, end) } else { (bytes.at(), bytes.at()) };
         // Grids stand one behind another: whoever points back would be read for ever.
         if start < bytes.at() || end < start {
-            return Err(bytes.wrong(format!("it is said to reach from byte {start} to {end}, which is no place for it")));
+            return Err(bytes.wrong(format!("its range of bytes, {start} to {end}, is invalid")));
         }
         let (tree, is_half) = tree.strip_suffix(HALF).map_or((tree.clone(), false), |tree| (tree.to_owned(), true));
         grids.push(Descriptor { name, tree, is_half, parent, start });
@@ -139,7 +139,7 @@ pub fn descriptors(bytes: &mut Bytes) -> Result<Vec<Descriptor>> {
 fn metadata(bytes: &mut Bytes) -> Result<Metadata> {
     let count = bytes.u32()?;
     if count > MOST_METADATA {
-        return Err(bytes.wrong(format!("{count} entries of metadata are announced; {MOST_METADATA} are read at most")));
+        return Err(bytes.wrong(format!("{count} metadata entries are announced; at most {MOST_METADATA} are supported")));
     }
     let mut known = Metadata::new();
     for _ in 0..count {
@@ -167,7 +167,7 @@ pub fn head(bytes: &mut Bytes, grid: &Descriptor) -> Result<(Coding, Metadata, T
     bytes.go(grid.start)?;
     let compression = bytes.u32()?;
     if compression & !COMPRESSIONS != 0 {
-        return Err(bytes.wrong(format!("compression {compression:#x} is none that OpenVDB has")));
+        return Err(bytes.wrong(format!("compression {compression:#x} is unknown")));
     }
     let metadata = metadata(bytes)?;
     let transform = transform(bytes)?;
@@ -177,14 +177,14 @@ pub fn head(bytes: &mut Bytes, grid: &Descriptor) -> Result<(Coding, Metadata, T
 /// The error for a tree that is no density.
 fn refused(bytes: &Bytes, tree: &str) -> Error {
     let what = match tree {
-        _ if tree.starts_with("Tree_vec") => "it holds vectors; a density is a number for each voxel",
+        _ if tree.starts_with("Tree_vec") => "it has vectors; a density requires one number per voxel",
         _ if tree.starts_with("Tree_ptdata") || tree.starts_with("Tree_ptindex") => {
-            "it holds points; make a density of them first, in Houdini by \"VDB from Particles\" or \"Points from Volume\""
+            "it has points; convert them to a density first (Houdini: \"VDB from Particles\")"
         }
         _ if tree.starts_with("Tree_int") || tree.starts_with("Tree_bool") || tree.starts_with("Tree_mask") => {
-            "it holds whole numbers or a mask; a density is a tree of float, double or half"
+            "it has integers or a mask; a density requires float, double or half"
         }
-        _ => "its tree is none of float, double and half with nodes of 32, 16 and 8 voxels",
+        _ => "its tree is unsupported; use float, double or half with nodes of 32, 16 and 8 voxels",
     };
     bytes.wrong(format!("{what} (type {tree})"))
 }
@@ -212,15 +212,13 @@ fn transform(bytes: &mut Bytes) -> Result<Transform> {
             Transform { matrix: [row(0), row(1), row(2)], origin: row(3) }
         }
         "NonlinearFrustumMap" => {
-            return Err(
-                bytes.wrong("its voxels are those of a camera's frustum (NonlinearFrustumMap): resample it to a box of even voxels first")
-            );
+            return Err(bytes.wrong("it has a frustum transform (NonlinearFrustumMap); resample it to a uniform box first"));
         }
-        other => return Err(bytes.wrong(format!("its transform \"{other}\" is none that OpenVDB has"))),
+        other => return Err(bytes.wrong(format!("its transform \"{other}\" is unknown"))),
     };
     let numbers = transform.matrix.iter().flatten().chain(&transform.origin);
     if !numbers.copied().all(f64::is_finite) {
-        return Err(bytes.wrong("its transform is no numbers"));
+        return Err(bytes.wrong("its transform is not finite"));
     }
     Ok(transform)
 }

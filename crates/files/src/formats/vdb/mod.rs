@@ -23,7 +23,7 @@ use super::gather::Gather;
 use super::{GridWriter, Member, Reader, Request};
 
 pub(super) const GRID_WRITER: GridWriter =
-    GridWriter { extension: "vdb", summary: "OpenVDB fog volume of floats, in pc: what is not zero is active", write: write::write };
+    GridWriter { extension: "vdb", summary: "OpenVDB fog volume of floats, in pc; nonzero voxels are active", write: write::write };
 
 pub(super) const READER: Reader = Reader {
     extensions: &["vdb"],
@@ -51,7 +51,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let tree = Tree::read(&mut bytes, coding, limit)?;
     let window = tree.bounds().ok_or_else(|| bytes.wrong("it is empty: no voxel is active"))?;
     if tree.background() != 0.0 {
-        return Err(bytes.wrong(format!("its background is {}: a density ends somewhere, so it must be zero", tree.background())));
+        return Err(bytes.wrong(format!("its background is {}; it must be zero", tree.background())));
     }
     let frame = frame(&transform, &window).map_err(|reason| bytes.wrong(reason))?;
     let part = choose(&Layout { shape: window.dims.map(|n| n as usize), frame: Some(frame) })?;
@@ -116,8 +116,8 @@ fn chosen<'a>(grids: &'a [Descriptor], member: Option<&str>) -> std::result::Res
         let found: Vec<&&Descriptor> = all.iter().filter(|grid| grid.name == member).collect();
         return match found[..] {
             [grid] => Ok(grid),
-            [] => Err(format!("has no grid \"{member}\"; it holds {}", list(&all))),
-            _ => Err(format!("has {} grids \"{member}\" that nothing tells apart", found.len())),
+            [] => Err(format!("has no grid \"{member}\"; it has {}", list(&all))),
+            _ => Err(format!("has {} indistinguishable grids \"{member}\"", found.len())),
         };
     }
     let able: Vec<&Descriptor> = all.iter().copied().filter(|grid| grid.is_density()).collect();
@@ -125,15 +125,15 @@ fn chosen<'a>(grids: &'a [Descriptor], member: Option<&str>) -> std::result::Res
         // Of a single grid its own error says what it is.
         ([grid], _) | ([], [grid]) => Ok(grid),
         (_, []) => Err("holds no grids".into()),
-        ([], _) => Err(format!("holds {} grids, none of float, double or half: {}", all.len(), list(&all))),
-        _ => Err(format!("holds {} grids of numbers ({}); name one with array = \"...\"", able.len(), list(&able))),
+        ([], _) => Err(format!("has {} grids, none of float, double or half: {}", all.len(), list(&all))),
+        _ => Err(format!("has {} numeric grids ({}); select one with array = \"...\"", able.len(), list(&able))),
     }
 }
 
 /// Refuses grids whose values are no densities.
 fn check_class(metadata: &Metadata) -> std::result::Result<(), String> {
     if metadata.get("class").is_some_and(|class| class == LEVEL_SET) {
-        return Err("it holds distances to a surface (class \"level set\"), not a density: make a fog volume of it first, in Houdini by \"Convert VDB\"".into());
+        return Err("it is a level set, not a density; convert it to a fog volume first (Houdini: \"Convert VDB\")".into());
     }
     Ok(())
 }
@@ -145,14 +145,14 @@ fn frame(transform: &Transform, window: &Window) -> std::result::Result<Frame, S
         (0..3).all(|i| (0..3).all(|j| j == main[i] || transform.matrix[i][j].abs() <= NONE * transform.matrix[i][main[i]].abs()));
     let order = AXIS_ORDERS.into_iter().find(|order| order.chars().eq(main.map(|axis| ['x', 'y', 'z'][axis])));
     let (true, Some(order)) = (straight, order) else {
-        return Err(format!("{}: resample it to voxels along x, y and z first", transform.turning()));
+        return Err(format!("{}; resample it to voxels along x, y and z first", transform.turning()));
     };
     let mut frame = Frame { order, is_sparse: true, ..Frame::default() };
     for (i, axis) in frame.axes.iter_mut().enumerate() {
         let step = transform.matrix[i][main[i]];
         let first = transform.origin[main[i]] + window.low[i] as f64 * step;
         if step == 0.0 || !first.is_finite() {
-            return Err("its transform makes its voxels flat".into());
+            return Err("its transform has voxels without volume".into());
         }
         *axis = Some(Axis { unit: String::new(), step, first });
     }

@@ -58,7 +58,7 @@ impl Tree {
     pub fn read(bytes: &mut Bytes, coding: Coding, memory_limit: u64) -> Result<Self> {
         let buffers = bytes.u32()?;
         if buffers != 1 {
-            return Err(bytes.wrong(format!("{buffers} buffers a leaf are announced; there is one")));
+            return Err(bytes.wrong(format!("{buffers} buffers per leaf are announced, expected one")));
         }
         let background = coding.number(bytes)?;
         let mut tree = Self { coding: Coding { background, ..coding }, tiles: Vec::new(), leaves: Vec::new(), active: 0, bounds: None };
@@ -79,7 +79,7 @@ impl Tree {
             ends.push((low, first..tree.leaves.len()));
         }
         if !ends.is_sorted_by_key(|(low, _)| *low) {
-            return Err(bytes.wrong("the nodes of its root are out of order: the file is broken"));
+            return Err(bytes.wrong("the nodes of its root are out of order: the file is corrupt"));
         }
         Ok(tree)
     }
@@ -90,7 +90,7 @@ impl Tree {
         let low = bytes.place()?;
         let is_place = low.iter().all(|i| i % EDGE == 0 && *i <= i32::MAX - EDGE + 1);
         if !is_place || !seen.insert(low) {
-            return Err(bytes.wrong(format!("a node of its root at {low:?}: places are whole multiples of {EDGE}, each once")));
+            return Err(bytes.wrong(format!("its root has a misplaced or duplicate node at {low:?}")));
         }
         Ok(low)
     }
@@ -201,7 +201,7 @@ impl Tree {
     fn leaf_block(&self, bytes: &mut Bytes, leaf: &Leaf) -> Result<Block> {
         let again = bytes.mask(VOXELS)?;
         if again != leaf.active {
-            return Err(bytes.wrong(format!("the leaf at {:?} has another mask here than in the tree: the file is broken", leaf.low)));
+            return Err(bytes.wrong(format!("the leaf at {:?} has two different masks: the file is corrupt", leaf.low)));
         }
         self.coding.block(bytes, &leaf.active, VOXELS)
     }

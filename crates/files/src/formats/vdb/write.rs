@@ -32,7 +32,7 @@ pub fn write(file: &GridFile, out: &mut dyn Write) -> Result<()> {
     let grid = file.grid;
     let leaves = leaves(grid, file.memory_limit)?;
     if leaves.is_empty() {
-        let reason = "no value is above zero: an OpenVDB file of it would be empty".to_owned();
+        let reason = "no value is above zero, so the OpenVDB file would be empty".to_owned();
         return Err(Error::Encoding { format: "OpenVDB", reason });
     }
     let topology = topology(&leaves);

@@ -6,7 +6,7 @@ use super::{Property, Table, Value};
 fn steps(place: &str) -> Result<Vec<&str>, String> {
     let steps: Vec<&str> = place.split(['.', '[']).map(|step| step.trim_end_matches(']')).collect();
     if steps.iter().any(|step| step.is_empty()) {
-        return Err(format!("\"{place}\" is no place of a key, such as \"star[0].temperature\" or \"camera.field_of_view\""));
+        return Err(format!("\"{place}\" is not a key; write a key such as \"star[0].temperature\" or \"camera.field_of_view\""));
     }
     Ok(steps)
 }
@@ -41,7 +41,7 @@ pub fn set(tree: &mut Table, place: &str, property: Property) -> Result<(), Stri
     let mut so_far = String::new();
     while let Some(step) = way.next() {
         so_far += &format!("{}{step}", if so_far.is_empty() { "" } else { "." });
-        let missing = || format!("the scene has no table \"{so_far}\"; a track changes what is there");
+        let missing = || format!("the scene has no table \"{so_far}\"; add it to the scene first");
         let number: Option<usize> = way.peek().and_then(|next| next.parse().ok());
         let is_named = number.is_none() || *step == "bookmark" || *step == "field";
         if table.get(step).is_none() && is_named {
@@ -54,10 +54,10 @@ pub fn set(tree: &mut Table, place: &str, property: Property) -> Result<(), Stri
                 let count = items.len();
                 match items.get_mut(number).map(|item| &mut item.value) {
                     Some(Value::Table(own)) => own,
-                    _ => return Err(format!("there is no {so_far}[{number}] in a scene with {count}, of which the first is {so_far}[0]")),
+                    _ => return Err(format!("{so_far}[{number}] does not exist; the scene has {count}, and the first is {so_far}[0]")),
                 }
             }
-            (Some(Value::List(_)), None) => return Err(format!("\"{so_far}\" is a list; say which of it, such as {so_far}[0]")),
+            (Some(Value::List(_)), None) => return Err(format!("\"{so_far}\" is a list; add an index, such as {so_far}[0]")),
             _ => return Err(missing()),
         };
     }
@@ -96,11 +96,11 @@ mod tests {
                     bookmark = { 1 = { name = \"f\" } } }";
         assert_eq!(changed.to_string(), said);
         for (place, words) in [
-            ("star[2].x", "no star[2] in a scene with 2"),
+            ("star[2].x", "star[2] does not exist; the scene has 2"),
             ("star.x", "star[0]"),
             ("emission[0].scale", "no table \"emission\""),
-            ("camera..x", "no place"),
-            ("", "no place"),
+            ("camera..x", "not a key"),
+            ("", "not a key"),
             ("camera.name.x", "no table \"camera.name\""),
         ] {
             let error = set(&mut tree.clone(), place, text("").into()).unwrap_err();

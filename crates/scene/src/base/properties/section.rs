@@ -77,7 +77,7 @@ impl<'a> Section<'a> {
     /// Where one of them is there; its place is said.
     pub fn refuse(&self, keys: &[&str], partner: &str) -> Result<()> {
         let Some(key) = keys.iter().find(|k| self.has(k)) else { return Ok(()) };
-        Err(self.error(key, format!("\"{key}\" goes with {partner} only and would be ignored here; leave it out")))
+        Err(self.error(key, format!("\"{key}\" requires {partner} and would be ignored here; remove it")))
     }
 
     /// The error `message` about `key`.
@@ -102,12 +102,12 @@ impl<'a> Section<'a> {
     }
 
     fn missing(&self, key: &str, example: &str) -> Error {
-        self.error(key, format!("key \"{key}\" is missing; write it like {key} = {example}"))
+        self.error(key, format!("key \"{key}\" is required; write it like {key} = {example}"))
     }
 
     fn wrong(&self, key: &str, wanted: &str) -> Error {
         let found = self.value(key).map(Value::to_string).unwrap_or_default();
-        self.error(key, format!("{found} is not {wanted}"))
+        self.error(key, format!("found {found}; expected {wanted}"))
     }
 
     /// The value of `key` as a text.
@@ -148,7 +148,8 @@ impl<'a> Section<'a> {
         let Some(value) = self.value(key) else { return Ok(None) };
         let number = number_of(value).ok_or_else(|| self.wrong(key, "a number"))?;
         if !range.contains(&number) {
-            return Err(self.error(key, format!("{} lies outside of {:e} to {:e}", short(number), range.start(), range.end())));
+            let [number, low, high] = [number, *range.start(), *range.end()].map(short);
+            return Err(self.error(key, format!("{number} is out of range; it must be between {low} and {high}")));
         }
         Ok(Some(number))
     }
@@ -164,7 +165,7 @@ impl<'a> Section<'a> {
             Some(_) => return Err(self.wrong(key, "an integer")),
         };
         if !range.contains(&number) {
-            return Err(self.error(key, format!("{number} lies outside of {} to {}", range.start(), range.end())));
+            return Err(self.error(key, format!("{number} is out of range; it must be between {} and {}", range.start(), range.end())));
         }
         Ok(Some(number))
     }
@@ -194,7 +195,7 @@ impl<'a> Section<'a> {
             Some(text) => {
                 let quantity = self.wrap(key, Q::parse(text))?;
                 if Q::NAME == Length::NAME && quantity.internal().abs() > FARTHEST_PC {
-                    return Err(self.error(key, format!("{text} is longer than {FARTHEST_PC:e} pc; bring the scene closer")));
+                    return Err(self.error(key, format!("{text} exceeds {FARTHEST_PC:e} pc; move the scene closer")));
                 }
                 Ok(Some(quantity))
             }
@@ -216,7 +217,7 @@ impl<'a> Section<'a> {
     pub fn positive<Q: Quantity + std::fmt::Display>(&self, key: &str) -> Result<Option<Q>> {
         let quantity = self.quantity::<Q>(key)?;
         if let Some(q) = quantity.filter(|q| q.internal() <= 0.0) {
-            return Err(self.error(key, format!("{q} is not above zero; a {} here must be, such as \"{}\"", Q::NAME, Q::EXAMPLE)));
+            return Err(self.error(key, format!("{q} is out of range; the {} must be above zero, such as \"{}\"", Q::NAME, Q::EXAMPLE)));
         }
         Ok(quantity)
     }
@@ -242,7 +243,7 @@ impl<'a> Section<'a> {
         let parse = |t: &str| t.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
         let place = size * DVec3::new(parse(x)?, parse(y)?, parse(z)?);
         if place.abs().max_element() > FARTHEST_PC {
-            return Err(self.error(key, format!("lies farther than {FARTHEST_PC:e} pc from the origin; bring the scene closer")));
+            return Err(self.error(key, format!("is farther than {FARTHEST_PC:e} pc from the origin; move the scene closer")));
         }
         Ok(Some(place))
     }
@@ -262,7 +263,7 @@ impl<'a> Section<'a> {
     pub fn bounds(&self, low: &str, high: &str) -> Result<Bounds> {
         let bounds = Bounds { low: self.need_position(low)?, high: self.need_position(high)? };
         if !bounds.low.cmplt(bounds.high).all() {
-            return Err(self.error(high, format!("{high} must lie above {low} along every axis")));
+            return Err(self.error(high, format!("{high} must exceed {low} along every axis")));
         }
         Ok(bounds)
     }
@@ -338,7 +339,7 @@ impl<'a> Section<'a> {
     pub fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
         let wrong = || self.wrong(key, &format!("a list of tables; write [[{key}]]"));
         let table = |(i, item): (usize, &'a Property)| match &item.value {
-            Value::Table(table) => Ok(self.child(format!("{key}.{}", i + 1), table)),
+            Value::Table(table) => Ok(self.child(format!("{key}[{i}]"), table)),
             _ => Err(wrong()),
         };
         match self.value(key) {

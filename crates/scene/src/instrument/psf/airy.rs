@@ -14,16 +14,16 @@ pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "airy",
     summary: "diffraction at the aperture, its obstruction and vanes (see optics.rs for the equation)",
     keys: &[
-        Key::optional("optics", "text", "none", "a telescope whose pupil is known, in place of obstruction and vanes").of("optics"),
-        Key::optional("vanes", "integer", "0", "vanes that hold the secondary mirror, up to 12"),
-        Key::optional("vane_width", "number", "0.01", "how wide a vane is, as a part of the aperture"),
-        Key::optional("rotation", "angle", "0 deg", "how far the optics are turned, counterclockwise"),
+        Key::optional("optics", "text", "none", "telescope with a known pupil, instead of obstruction and vanes").of("optics"),
+        Key::optional("vanes", "integer", "0", "number of vanes of the secondary mirror, up to 12"),
+        Key::optional("vane_width", "number", "0.01", "width of a vane relative to the aperture"),
+        Key::optional("rotation", "angle", "0 deg", "rotation of the optics, counterclockwise"),
     ],
     build: |section, _| {
         let plain = Airy::default();
         let optics = section.text("optics")?.map(|name| section.wrap("optics", optics::named(name))).transpose()?;
         if optics.is_some() {
-            section.refuse(&["vanes", "vane_width"], "an aperture that \"optics\" does not name")?;
+            section.refuse(&["vanes", "vane_width"], "an aperture without \"optics\"")?;
         }
         Ok(Arc::new(Airy {
             optics,

@@ -13,11 +13,11 @@ use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "gaussian",
-    summary: "a Gaussian: jitter of the guiding, diffusion of charge, or a first guess",
+    summary: "a Gaussian, for guiding jitter, charge diffusion, or a first estimate",
     keys: &[
         Key::required("fwhm", "angle", "full width at half maximum at `wavelength`"),
         Key::optional("wavelength", "wavelength", "550 nm", "where `fwhm` holds"),
-        Key::optional("exponent", "number", "0", "the width goes with this power of wavelength"),
+        Key::optional("exponent", "number", "0", "exponent of the width in wavelength"),
     ],
     build: |section, _| {
         let plain = Gaussian::default();

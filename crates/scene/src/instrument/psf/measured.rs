@@ -14,9 +14,9 @@ use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "kernel",
-    summary: "an image of a point, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr; its middle is the point",
+    summary: "image of a point source, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr, with the source at its centre",
     keys: &[
-        Key::required("file", "path", "the image; of several HDUs or bands the first"),
+        Key::required("file", "path", "image file; by default its first HDU or band"),
         Key::optional("hdu", "text", "the first image", "name or number of the HDU of a FITS file, such as \"OVERDIST\""),
         Key::required("pixel_scale", "angle", "the angle of a pixel of the image"),
     ],
@@ -55,23 +55,23 @@ impl Measured {
     /// # Errors
     /// Where it is no image of a point: empty, too large, negative in sum, or with values that are no numbers.
     pub fn new(name: &str, size: [usize; 2], values: Vec<f64>, pixel_rad: f64) -> Result<Self> {
-        let wrong = |said: String, wanted: &str| Err(Error::value("kernel", format!("{name}: {said}"), wanted));
+        let wrong = |found: String, expected: &str| Err(Error::mismatch("kernel", expected, format!("{found} in {name}")));
         if size.iter().any(|edge| !(1..=MAX_EDGE).contains(edge)) || values.len() != size[0] * size[1] {
-            return wrong(format!("{} x {} pixels", size[0], size[1]), "an image of 1 to 4097 pixels along its edges");
+            return wrong(format!("{} x {} pixels", size[0], size[1]), "1 to 4097 pixels per edge");
         }
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
             let place = format!("{} in column {}, row {}", values[at], at % size[0] + 1, at / size[0] + 1);
-            return wrong(place, "an image of finite numbers; fill the gaps");
+            return wrong(place, "finite numbers");
         }
         let (sum, most) = (values.iter().sum::<f64>(), values.iter().copied().fold(0.0, f64::max));
         if !(sum > 0.0 && most > 0.0) {
-            return wrong(format!("light of {sum} in all"), "an image of a point, whose light is above zero");
+            return wrong(format!("a sum of {sum}"), "an image of a point with a sum above zero");
         }
         if let Some(least) = values.iter().copied().find(|v| *v < -0.01 * most) {
-            return wrong(format!("{least} beside a peak of {most}"), "an image without negative light; take its background away");
+            return wrong(format!("{least} at a peak of {most}"), "values of at least zero, without background");
         }
         if !(pixel_rad > 0.0 && pixel_rad.is_finite()) {
-            return wrong(format!("pixels of {pixel_rad} rad"), "an angle above zero");
+            return wrong(format!("pixels of {pixel_rad} rad"), "a pixel angle above zero");
         }
         // Noise around zero would be light where none is.
         let values: Vec<f64> = values.into_iter().map(|v| v.max(0.0)).collect();
@@ -95,8 +95,8 @@ impl PointSpread for Measured {
         let values = Squares { size: [count; 2], first, edge }.gathered(&self.values, self.size);
         let sum: f64 = values.iter().sum();
         if !(sum > 0.0 && sum.is_finite()) {
-            let reach = format!("no light within {} pixels of its middle", view.reach);
-            return Err(Error::value("kernel", reach, "an image whose point is in its middle; move it there"));
+            let problem = format!("the kernel has no light within {} pixels of its middle", view.reach);
+            return Err(Error::conflict(problem, "centre the point in the image"));
         }
         let mut kernel = Kernel { reach: view.reach, values };
         kernel.normalise();

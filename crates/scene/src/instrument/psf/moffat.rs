@@ -19,9 +19,9 @@ pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     summary: "seeing: a core with wings, narrower in red light (Moffat 1969)",
     keys: &[
         Key::required("fwhm", "angle", "full width at half maximum at `wavelength`"),
-        Key::optional("beta", "number", "4.765", "how steep the wings are, above 1"),
+        Key::optional("beta", "number", "4.765", "exponent of the wings, above 1"),
         Key::optional("wavelength", "wavelength", "500 nm", "where `fwhm` holds"),
-        Key::optional("exponent", "number", "-0.2", "the width goes with this power of wavelength"),
+        Key::optional("exponent", "number", "-0.2", "exponent of the width in wavelength"),
     ],
     build: |section, _| {
         let plain = Moffat::default();

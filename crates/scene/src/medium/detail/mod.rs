@@ -194,7 +194,7 @@ impl FineDetail {
         let [longest, shortest] = [self.octaves.first(), self.octaves.last()].map(|o| o.map_or(0.0, |octave| octave.wavelength_pc));
         let deviations: Vec<String> = self.roughness.iter().map(|of| format!("{:.2} (k^-{:.1})", of.deviation, of.slope)).collect();
         format!(
-            "noise below the voxels, waves of {longest:.2e} to {shortest:.2e} pc where pixels see them, deviations of ln density {} in the octave of two voxels; depths of stars, light of more bounces and spatial errors are those without it",
+            "noise below the voxels, waves of {longest:.2e} to {shortest:.2e} pc where pixels resolve them, deviations of ln density {} in the octave of two voxels; star depths, multiple scattering and spatial errors ignore it",
             deviations.join(", ")
         )
     }

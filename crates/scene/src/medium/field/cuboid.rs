@@ -11,7 +11,7 @@ use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "box",
-    summary: "1 inside of an axis-aligned box",
+    summary: "1 inside an axis-aligned box",
     keys: &[Key::required("low", "position", "its lowest corner"), Key::required("high", "position", "its highest corner")],
     build: |section, _| {
         let bounds = section.bounds("low", "high")?;

@@ -77,7 +77,7 @@ impl DustMap {
         let names: Vec<&'static str> = DUST_MAPS.iter().map(|map| map.name).collect();
         let Some(name) = section.choice("preset", &names)? else { return Ok(None) };
         if section.has("unit") {
-            return Err(section.error("unit", format!("{name} says its unit itself: leave unit out")));
+            return Err(section.error("unit", format!("{name} defines its unit; remove unit")));
         }
         Ok(DUST_MAPS.iter().find(|map| map.name == name))
     }
@@ -97,8 +97,10 @@ impl DustMap {
     pub fn extinction(&self, section: &Section, own: Option<&str>) -> Result<f64> {
         match (self.unit, own) {
             (Some(unit), Some(own)) if unit != own.trim() => {
-                let message =
-                    format!("its values are in \"{own}\", those of {} in \"{unit}\": it is another map, or leave preset out", self.name);
+                let message = format!(
+                    "its values are in \"{own}\", those of {} in \"{unit}\"; use the file of the preset, or remove preset",
+                    self.name
+                );
                 Err(section.error("file", message))
             }
             _ => Ok(self.extinction),

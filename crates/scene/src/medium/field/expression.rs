@@ -47,9 +47,9 @@ const MAX_LENGTH: usize = 2000;
 /// A formula as it is read, and what it says.
 fn parsed(formula: &str) -> std::result::Result<(String, FlatEx<SideBySide, FieldOperators>), String> {
     if formula.len() > MAX_LENGTH {
-        return Err(format!("the expression has {} characters, at most {MAX_LENGTH} are read", formula.len()));
+        return Err(format!("the expression has {} characters; at most {MAX_LENGTH} are supported", formula.len()));
     }
-    let wrong = |e: String| format!("\"{formula}\" is no expression: {e}");
+    let wrong = |e: String| format!("\"{formula}\" is not a valid expression: {e}");
     let normalised = normalised(formula).map_err(wrong)?;
     let flat = FlatEx::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
     Ok((normalised, flat))
@@ -388,7 +388,7 @@ mod tests {
         assert!(parse("a^2^b").unwrap_err().contains("a^(b^c)"));
         assert!(parse("a/-b").unwrap_err().contains("parentheses"));
         assert!(parse("sine(a)").unwrap_err().contains("sin"));
-        assert!(parse("a $ b").unwrap_err().contains("no place"));
+        assert!(parse("a $ b").unwrap_err().contains("not allowed"));
         assert!(parse("min(a)").unwrap_err().contains("min(x, 0.5)"));
         assert!(parse("a, b").unwrap_err().contains("comma"));
         assert!(parse("max(a, b, 1)").unwrap_err().contains("comma"));

@@ -25,18 +25,18 @@ use crate::properties::{Key, Kind, Section};
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "fbm",
-    summary: "a cloud of fractional Brownian motion on simplex noise (values about 0 to 1)",
+    summary: "fractional Brownian motion of simplex noise (values of about 0 to 1)",
     keys: &[
-        Key::optional("seed", "integer", "1", "number of the noise"),
-        Key::optional("centre", "position", "0 0 0 pc", "middle of the cloud"),
-        Key::optional("radius", "length", "1 pc", "where the cloud has ended; it fades from half of it on"),
+        Key::optional("seed", "integer", "1", "seed of the noise"),
+        Key::optional("centre", "position", "0 0 0 pc", "centre of the cloud"),
+        Key::optional("radius", "length", "1 pc", "radius of the cloud; it fades from half of it on"),
         Key::optional("scale", "length", "0.7 pc", "size of the largest structures"),
         Key::optional("octaves", "integer", "5", "number of octaves, 1 to 12"),
         Key::optional("lacunarity", "number", "2.0", "frequency ratio of successive octaves, above 1"),
         Key::optional("gain", "number", "0.5", "amplitude ratio of successive octaves"),
-        Key::optional("offset", "number", "0.2", "added before the cut at zero: more fills more of space"),
+        Key::optional("offset", "number", "0.2", "offset before clipping at zero; larger values fill more of space"),
         Key::optional("variant", "text", "plain", "plain or ridged"),
-        Key::optional("warp", "length", "0 pc", "how far a second noise bends space"),
+        Key::optional("warp", "length", "0 pc", "strength of domain warping by a second noise"),
     ],
     build,
 };

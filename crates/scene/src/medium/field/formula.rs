@@ -25,10 +25,12 @@ pub fn check_name(name: &str) -> Result<(), String> {
     let word =
         name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if !word {
-        return Err(format!("\"{name}\" cannot stand in an expression; a field's name has letters, digits and _ and begins with no digit"));
+        return Err(format!(
+            "\"{name}\" cannot be used in an expression; names of fields have letters, digits and _, and do not begin with a digit"
+        ));
     }
     if RESERVED.contains(&name) || FUNCTIONS.contains(&name) || FUNCTIONS_OF_TWO.contains(&name) {
-        return Err(format!("\"{name}\" means something else in expressions; name the field otherwise, such as \"{name}_field\""));
+        return Err(format!("\"{name}\" is reserved in expressions; rename the field, such as \"{name}_field\""));
     }
     Ok(())
 }
@@ -61,7 +63,7 @@ pub fn normalised(formula: &str) -> Result<String, String> {
                     *comma = true;
                     out += &format!("){name}(");
                 }
-                _ => return Err(format!("a comma stands between the two arguments of {} and nowhere else", FUNCTIONS_OF_TWO.join(", "))),
+                _ => return Err(format!("a comma may only separate the two arguments of {}", FUNCTIONS_OF_TWO.join(", "))),
             },
             Token::Sign(')') => match open.pop() {
                 Some((Some(name), false)) => return Err(format!("{name} takes two arguments, as in {name}(x, 0.5)")),
@@ -71,16 +73,14 @@ pub fn normalised(formula: &str) -> Result<String, String> {
             Token::Sign(sign @ ('+' | '-')) => match before {
                 Some(Token::Number(_) | Token::Name(_) | Token::Sign(')')) => out.push(*sign),
                 Some(Token::Sign('/' | '^')) => {
-                    return Err(format!(
-                        "a sign behind \"/\" or \"^\" can be read in two ways; put it in parentheses, such as a^({sign}2)"
-                    ));
+                    return Err(format!("a sign after \"/\" or \"^\" is ambiguous; use parentheses, such as a^({sign}2)"));
                 }
                 _ if *sign == '-' => out += "(0-1)*",
                 _ => {}
             },
             Token::Sign('^') => {
                 if chained(&tokens, i) {
-                    return Err("a^b^c can be read in two ways; write a^(b^c) or (a^b)^c".into());
+                    return Err("a^b^c is ambiguous; write a^(b^c) or (a^b)^c".into());
                 }
                 out.push('^');
             }
@@ -144,7 +144,7 @@ fn tokens(formula: &str) -> Result<Vec<Token>, String> {
             tokens.push(Token::Sign(first));
             1
         } else {
-            return Err(format!("\"{first}\" has no place in an expression; it has + - * / ^ ( ) and names"));
+            return Err(format!("\"{first}\" is not allowed in an expression; use + - * / ^ ( ) and names"));
         };
         rest = rest[length..].trim_start();
     }

@@ -42,8 +42,7 @@ impl Grid {
         let cells = dims.iter().try_fold(1usize, |n, edge| n.checked_mul(*edge)).filter(|n| *n > 0);
         if cells != Some(data.len()) {
             let [x, y, z] = dims;
-            let wanted = format!("the {x} x {y} x {z} values that the voxels are, x fastest");
-            return Err(Error::value("data of a grid", format!("{} values", data.len()), wanted));
+            return Err(Error::mismatch("data of a grid", format!("{x} x {y} x {z} values, x fastest"), data.len()));
         }
         let grid = Self::from_lattice(Lattice { dims, bounds: bounds.checked()? }, data);
         grid.check("grid")?;

@@ -19,7 +19,7 @@ use crate::stored::too_small;
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "grid",
-    summary: "a three-dimensional array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres",
+    summary: "3-D array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres",
     keys: &[
         Key::required("file", "path", "the file, relative to the scene"),
         Key::optional(
@@ -28,61 +28,51 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
             "the only one",
             "name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME of the HDU in a FITS file",
         ),
-        Key::optional("axes", "text", "xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)", "what the array's axes are, slowest first"),
+        Key::optional("axes", "text", "xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)", "order of the array's axes, slowest first"),
         Key::optional(
             "low",
             "position",
-            "the file's own, or from voxel",
-            "lowest corner of the box that the voxels fill; where the file's own frame or voxel says the box, of the part of it that is read, to whole voxels",
+            "from the file, or from voxel",
+            "lowest corner of the box of the voxels; if the file or voxel defines the box, of the part to read, in whole voxels",
         ),
-        Key::optional("high", "position", "the file's own, or from voxel", "highest corner"),
-        Key::optional("voxel", "length", "from low and high", "edge of a cubic voxel, which says the box of all of the array"),
-        Key::optional("scale", "length", "none", "what a length of one is in a file whose lengths have no unit, such as .vdb"),
-        Key::optional("centre", "position", "0 0 0 pc with voxel, the file's own otherwise", "middle of the box of all of the array"),
-        Key::optional(
-            "every",
-            "whole number",
-            "1",
-            "so many voxels along each axis become one, their mean; the file is read without all of it ever being in memory",
-        ),
-        Key::optional(
-            "memory",
-            "memory size",
-            "none",
-            "the array is made as coarse as it must be to take no more than this in memory: the least every that does",
-        ),
+        Key::optional("high", "position", "from the file, or from voxel", "highest corner"),
+        Key::optional("voxel", "length", "from low and high", "edge of a cubic voxel, which defines the box of the whole array"),
+        Key::optional("scale", "length", "none", "unit of length of files without one, such as .vdb"),
+        Key::optional("centre", "position", "0 0 0 pc with voxel, otherwise from the file", "centre of the box of the whole array"),
+        Key::optional("every", "whole number", "1", "number of voxels per axis to average into one; the whole file is never in memory"),
+        Key::optional("memory", "memory size", "none", "memory limit of the array, met by the smallest sufficient `every`"),
         Key::optional(
             "preset",
             "text",
             "none",
-            "a measured map of the Galaxy's dust, read as extinction at V in mag/pc (dust of scale = \"1 mag/pc\"): edenhofer24, leike20, lallement22, vergely22; it says array, unit and box, and clips",
+            "published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = \"1 mag/pc\"): edenhofer24, leike20, lallement22, vergely22; it defines array, unit and box, and clips",
         ),
         Key::optional(
             "unit",
             "text",
             "the file's own",
-            "what the values are in (BUNIT of FITS, units of HDF5): number densities are turned into cm-3, extinctions per length into mag/pc, which dust and gas are scaled by; mass densities need mass_per_h; anything else is taken as it is",
+            "unit of the values (BUNIT of FITS, units of HDF5): number densities are converted to cm-3, extinctions per length to mag/pc; mass densities require mass_per_h; other values are unchanged",
         ),
         Key::optional(
             "mass_per_h",
             "number",
             "required for mass densities",
-            "mass of the gas per hydrogen nucleus in hydrogen atoms, by which mass densities become nuclei per cm3: 1.4 for solar abundances",
+            "gas mass per hydrogen nucleus in hydrogen masses, to convert mass densities to nuclei per cm3: 1.4 for solar abundances",
         ),
         Key::optional(
             "wcs",
             "boolean",
             "true",
-            "whether a file's own frame is read (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false where low and high, or voxel, say better",
+            "read the file's coordinates (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false to use low and high, or voxel",
         ),
         Key::optional(
             "storage",
             "text",
-            "as it is read; single for .vdb and where the array is more than half of the memory limit",
-            "single, half or byte: how values are kept, in blocks of 16 x 16 x 16 voxels of which those that are empty take no memory; half is right to 1 in 2048, byte to 1 in 508 of the largest in its block",
+            "dense; single for .vdb and arrays above half of the memory limit",
+            "storage in sparse blocks of 16 x 16 x 16 voxels: single, half or byte; half has relative errors of up to 1/2048, byte up to 1/508 of the largest value in the block",
         ),
-        Key::optional("factor", "number", "1", "every value is multiplied by it"),
-        Key::optional("clip", "boolean", "false, true with preset", "blank, NaN and negative cells become zero instead of an error"),
+        Key::optional("factor", "number", "1", "factor of all values"),
+        Key::optional("clip", "boolean", "false, true with preset", "set blank, NaN and negative cells to zero instead of an error"),
     ],
     build,
 };
@@ -110,7 +100,7 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
         match error {
             Error::Scene { message, place } if !message.contains(&label) => Error::Scene { message: format!("{label}: {message}"), place },
             values @ Error::FieldValues { .. } => {
-                section.error("file", format!("{label}: {values}; clip = true makes blank, NaN and negative cells zero"))
+                section.error("file", format!("{label}: {values}; clip = true sets blank, NaN and negative cells to zero"))
             }
             other => other,
         }
@@ -140,9 +130,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
         // Means are of what is left; otherwise it is looked at when it is there.
         placement.part.clip = clip && placement.part.every > 1;
         if placement.part.clip && said < 0.0 {
-            return Err(
-                section.error("factor", "with every and clip a factor is not negative: what is clipped would be what it makes positive")
-            );
+            return Err(section.error("factor", "with every and clip, factor must not be negative"));
         }
         let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
         let (size, name) = match map {
@@ -197,7 +185,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
 fn volume_note(file: &str, placement: &Placement, unit: Option<&str>, factor: f64) -> InputNote {
     let [x, y, z] = placement.lattice.dims;
     let Bounds { low, high } = placement.lattice.bounds;
-    let unit = unit.map_or_else(|| "values without a unit, as they are".to_owned(), |unit| format!("values in {unit}"));
+    let unit = unit.map_or_else(|| "values without a unit, unchanged".to_owned(), |unit| format!("values in {unit}"));
     let times = if factor == 1.0 { String::new() } else { format!(" (file times {factor:e})") };
     let text = format!(
         "volume: {x} x {y} x {z} voxels from {:.6} {:.6} {:.6} to {:.6} {:.6} {:.6} pc, {unit}{times}",
@@ -231,11 +219,11 @@ fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
     match (mass, grams) {
         (Some(mass), None) => {
             let message = format!(
-                "values in \"{mass}\" are a mass density: write mass_per_h = 1.4, the mass of the gas per hydrogen nucleus in hydrogen atoms, and n_H in cm-3 is made of it"
+                "values in \"{mass}\" are a mass density; add mass_per_h = 1.4, the gas mass per hydrogen nucleus in hydrogen masses, to convert them to n_H in cm-3"
             );
             return Err(section.error("unit", message));
         }
-        (None, Some(_)) => return Err(section.error(MASS_PER_H, "goes with a unit of mass per volume, such as unit = \"g/cm3\"")),
+        (None, Some(_)) => return Err(section.error(MASS_PER_H, "requires a unit of mass per volume, such as unit = \"g/cm3\"")),
         _ => {}
     }
     let extinction = |unit: &str| Some(ExtinctionCoefficient::unit_size(unit)? / ExtinctionCoefficient::unit_size(EXTINCTION)?);
@@ -248,19 +236,19 @@ fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
         (None, None) => Ok((1.0, None)),
         (None, Some(own)) => size(own).ok_or_else(|| {
             let message = format!(
-                "the file's own unit is \"{own}\", which is neither a density nor an extinction: write unit = \"{own}\" to take the values as they are, and choose the scale of dust or gas for it"
+                "the file's unit is \"{own}\", which is neither a density nor an extinction; write unit = \"{own}\" to use the values unchanged, and choose the scale of dust or gas accordingly"
             );
             section.error("file", message)
         }),
         (Some(said), None) => size(said).ok_or_else(|| {
             let known: Vec<&str> = NumberDensity::UNITS.iter().chain(MassDensity::UNITS).chain(ExtinctionCoefficient::UNITS).map(|(name, _)| *name).collect();
-            let message = format!("\"{said}\" is no number density, mass density or extinction that is known ({}): leave `unit` out to take the values as they are", known.join(", "));
+            let message = format!("\"{said}\" is not a known unit of number density, mass density or extinction ({}); remove `unit` to use the values unchanged", known.join(", "));
             section.error("unit", message)
         }),
         (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or_else(|| (1.0, Some(said.trim().to_owned())))),
         (Some(said), Some(own)) => match (size(said), size(own)) {
             (Some(a), Some(b)) if a.0 == b.0 => Ok(a),
-            _ => Err(section.error("unit", format!("the scene says \"{said}\", the file's own unit is \"{own}\": one of both is wrong"))),
+            _ => Err(section.error("unit", format!("the scene's unit is \"{said}\", the file's is \"{own}\"; correct or remove one"))),
         },
     }
 }

@@ -34,7 +34,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::DVec3;
-use spectra::units::Length;
+use spectra::units::{Length, short};
 
 pub use column::column;
 pub use cuboid::Cuboid;
@@ -60,7 +60,30 @@ use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::properties::{Kind, Section, build_kind};
 
-/// A scalar function of place.
+/// Scalar function of position, such as a density.
+///
+/// # Examples
+/// A Gaussian cloud with a standard deviation of 0.3 pc:
+///
+/// ```
+/// use barnard_scene::field::Field;
+/// use barnard_scene::geometry::Bounds;
+/// use barnard_scene::glam::DVec3;
+///
+/// #[derive(Debug)]
+/// struct Gaussian;
+///
+/// impl Field for Gaussian {
+///     fn at(&self, p: DVec3) -> f64 {
+///         if self.bounds().contains(p) { (-0.5 * p.length_squared() / 0.09).exp() } else { 0.0 }
+///     }
+///     fn bounds(&self) -> Bounds {
+///         Bounds::cube(DVec3::ZERO, 1.0)
+///     }
+/// }
+///
+/// assert_eq!(Gaussian.at(DVec3::ZERO), 1.0);
+/// ```
 pub trait Field: std::fmt::Debug + Send + Sync {
     /// The value at `p` [unit of the field]; zero outside of [`Self::bounds`].
     fn at(&self, p: DVec3) -> f64;
@@ -125,17 +148,17 @@ pub(crate) fn within(what: &'static str, value: f64, range: RangeInclusive<f64>)
     if range.contains(&value) {
         return Ok(value);
     }
-    Err(Error::value(what, value, format!("a number from {:e} to {:e}", range.start(), range.end())))
+    Err(Error::out_of_range(what, value, format!("between {} and {}", short(*range.start()), short(*range.end()))))
 }
 
 /// A length above zero [pc].
 fn above_zero(what: &'static str, length_pc: f64) -> Result<f64> {
-    if length_pc > 0.0 && length_pc.is_finite() { Ok(length_pc) } else { Err(Error::value(what, Length(length_pc), "a length above zero")) }
+    if length_pc > 0.0 && length_pc.is_finite() { Ok(length_pc) } else { Err(Error::out_of_range(what, Length(length_pc), "above zero")) }
 }
 
 /// Checks that a place has finite coordinates [pc].
 fn place(what: &'static str, p: DVec3) -> Result<DVec3> {
-    if p.is_finite() { Ok(p) } else { Err(Error::value(what, p, "a place: coordinates are numbers")) }
+    if p.is_finite() { Ok(p) } else { Err(Error::out_of_range(what, p, "finite")) }
 }
 
 /// A direction, of length one.
@@ -143,7 +166,7 @@ fn unit(what: &'static str, direction: DVec3) -> Result<DVec3> {
     if direction.is_normalized() {
         return Ok(direction);
     }
-    direction.try_normalize().ok_or_else(|| Error::value(what, direction, "a direction: it has a length"))
+    direction.try_normalize().ok_or_else(|| Error::out_of_range(what, direction, "a vector of finite length above zero"))
 }
 
 /// All kinds of field that are made of nothing but what their tables say.

@@ -23,8 +23,8 @@ impl Partition {
         for (axis, cuts) in cuts.iter().enumerate() {
             let grows = cuts.windows(2).all(|pair| pair[0] < pair[1]);
             if !grows || cuts.len() < 2 || cuts.first() != Some(&0) || cuts.last() != Some(&lattice.dims[axis]) {
-                let wanted = format!("voxels that grow from 0 to {}", lattice.dims[axis]);
-                return Err(Error::value("cuts of a volume", format!("{cuts:?}"), wanted));
+                let expected = format!("ascending voxels from 0 to {}", lattice.dims[axis]);
+                return Err(Error::mismatch("cuts of a volume", expected, format!("{cuts:?}")));
             }
         }
         Ok(Self { lattice, cuts })

@@ -37,9 +37,7 @@ impl Placement {
         let stated = section.choice("axes", &AXIS_ORDERS)?;
         let file = section.text("file")?.unwrap_or("the file");
         if let Some(names) = layout.frame.as_ref().and_then(|frame| frame.unnamed.as_ref()).filter(|_| stated.is_none()) {
-            let message = format!(
-                "{file}: its axes are called {names}, slowest first, which are not x, y and z: write axes = \"zyx\" or another order"
-            );
+            let message = format!("{file}: the axes are {names}, slowest first, not x, y and z; write axes = \"zyx\" or another order");
             return Err(section.error("file", message));
         }
         let order = stated.unwrap_or(usual);
@@ -57,11 +55,11 @@ impl Placement {
         };
         let Some(memory) = section.positive::<MemorySize>("memory")? else { return Ok(placed(every.unwrap_or(1))) };
         if every.is_some() {
-            return Err(section.error("memory", "every says already how coarse the array is made: leave one of both out"));
+            return Err(section.error("memory", "every and memory exclude each other; remove one"));
         }
         let fits = |placement: &Self| placement.bytes() as f64 <= memory.0;
         (1..=LARGEST_BLOCK as usize).map(placed).find(fits).ok_or_else(|| {
-            let message = format!("no array fits in {memory}: the coarsest of blocks of {LARGEST_BLOCK} voxels takes more");
+            let message = format!("no array fits into {memory}, not even with blocks of {LARGEST_BLOCK} voxels; increase memory");
             section.error("memory", message)
         })
     }
@@ -150,15 +148,13 @@ impl OwnBox {
         let frame = frame.filter(|_| is_read);
         if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
             let message = format!(
-                "{file}: its axis {} is a {other}, so the cube is no volume: make a density along three lengths of it first, or say wcs = false, with low and high, to take it as one",
+                "{file}: axis {} is a {other}, so the cube is not a volume; convert it to a density along three lengths, or write wcs = false with low and high to read it as one",
                 ['x', 'y', 'z'][i]
             );
             return Err(section.error("file", message));
         }
         if let Some(problem) = frame.and_then(|frame| frame.problem.as_ref()) {
-            let message = format!(
-                "{file}: {problem}: resample the cube along its own axes, or say wcs = false, with low and high, to place it by hand"
-            );
+            let message = format!("{file}: {problem}; resample the cube along its own axes, or place it with wcs = false, low and high");
             return Err(section.error("file", message));
         }
         if let Some(frame) = frame
@@ -166,7 +162,7 @@ impl OwnBox {
             && axes != by_letter(frame.order)
         {
             let message = format!(
-                "the file says its box along x, y and z and names no axes, which were taken as {}: say low and high, and wcs = false",
+                "the file defines its box along x, y and z but does not name its axes, which were read as {}; write low and high, and wcs = false",
                 frame.order
             );
             return Err(section.error("axes", message));
@@ -174,12 +170,12 @@ impl OwnBox {
         let own: Option<Vec<&Axis>> = frame.and_then(|frame| axes.iter().map(|axis| frame.axes[*axis].as_ref()).collect());
         let Some(own) = own else {
             if scale.is_some() {
-                return Err(section.error("scale", "the file has no lengths of its own that could be scaled: say voxel, or low and high"));
+                return Err(section.error("scale", "the file has no lengths to scale; write voxel, or low and high"));
             }
             return Ok(silent(String::new()));
         };
         if let (Some(_), Some(axis)) = (scale, own.iter().find(|axis| !axis.unit.is_empty())) {
-            return Err(section.error("scale", format!("the file's own axes are in \"{}\": leave scale out", axis.unit)));
+            return Err(section.error("scale", format!("the file's axes are in \"{}\"; remove scale", axis.unit)));
         }
         let mut bounds = Ok(Bounds { low: DVec3::ZERO, high: DVec3::ZERO });
         for (i, axis) in own.iter().enumerate() {
@@ -190,11 +186,11 @@ impl OwnBox {
                     (bounds.low[i], bounds.high[i]) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
                 }
                 (None, _) if axis.unit.is_empty() => {
-                    bounds = Err("the file's lengths have no unit: say scale, which is what a length of one is, ".into())
+                    bounds = Err("the file's lengths have no unit; write scale, its unit of length, ".into())
                 }
                 (None, _) => {
                     let letter = ['x', 'y', 'z'][i];
-                    return Ok(silent(format!("the file's axis {letter} is in \"{}\", which is no length that is known: say ", axis.unit)));
+                    return Ok(silent(format!("the file's axis {letter} has the unknown length unit \"{}\"; write ", axis.unit)));
                 }
                 (Some(_), Err(_)) => {}
             }
@@ -212,11 +208,11 @@ fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Op
     let corners = (section.has("low") || section.has("high")).then(|| section.bounds("low", "high")).transpose()?;
     let centre = section.position("centre")?;
     if let (Some(_), Some(_), None) = (centre, corners, section.positive::<Length>("voxel")?) {
-        return Err(section.error("centre", "low and high say already where the box is: leave one of both out"));
+        return Err(section.error("centre", "low and high already define the box; remove one"));
     }
     if let Some(voxel) = section.positive::<Length>("voxel")? {
         if !own.is_cubic {
-            return Err(section.error("voxel", "the file's own voxels are no cubes: say scale, or low and high"));
+            return Err(section.error("voxel", "the file's voxels are not cubes; write scale, or low and high"));
         }
         let half = 0.5 * voxel.0 * DVec3::from(dims.map(|n| n as f64));
         let centre = centre.unwrap_or(DVec3::ZERO);
@@ -237,7 +233,7 @@ fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Op
         }
         (Err(_), Some(corners)) => Ok((corners, None)),
         (Err(reason), None) if reason.is_empty() => {
-            let message = "the array has no box of its own: write low = \"-1 -1 -1 pc\" and high = \"1 1 1 pc\", or voxel = \"0.1 pc\"";
+            let message = "the array does not define a box; write low = \"-1 -1 -1 pc\" and high = \"1 1 1 pc\", or voxel = \"0.1 pc\"";
             Err(section.error("low", message))
         }
         (Err(reason), None) => Err(section.error("file", format!("{reason}voxel, or low and high"))),
@@ -269,7 +265,7 @@ fn other_size(section: &Section, key: &str, said: &Bounds, own: &Bounds) -> crat
     let of = |size: DVec3| format!("{:.4} x {:.4} x {:.4} pc", size.x, size.y, size.z);
     let corner = |at: DVec3| format!("{:.4} {:.4} {:.4}", at.x, at.y, at.z);
     let message = format!(
-        "the scene's box is {}, all of the array by its own frame or voxel {} (from {} to {} pc): leave out what the scene says to take the file's, choose a box within it to read a part, or say wcs = false",
+        "the scene's box is {}, that of the array {} (from {} to {} pc); remove the scene's box, choose a box within the array, or write wcs = false",
         of(said.size()),
         of(own.size()),
         corner(own.low),

@@ -21,7 +21,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     keys: &[
         Key::optional("centre", "position", "0 0 0 pc", "its middle"),
         Key::required("core", "length", "the Plummer radius a"),
-        Key::optional("cut", "length", "5 core", "beyond this radius it is zero"),
+        Key::optional("cut", "length", "5 core", "radius beyond which it is zero"),
     ],
     build: |section, _| {
         let core = section.need_positive::<Length>("core")?.0;

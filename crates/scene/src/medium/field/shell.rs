@@ -21,7 +21,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         Key::required(
             "radius",
             "length",
-            "radius of the wall, whose density is 1 however large it is: a growing shell keeps its mass where `scale` falls with radius² thickness",
+            "radius of the wall, whose density is 1; a growing shell keeps its mass if `scale` decreases with radius² thickness",
         ),
         Key::required("thickness", "length", "standard deviation of the wall"),
     ],
@@ -52,8 +52,8 @@ impl Shell {
     pub fn new(centre: DVec3, radius_pc: f64, thickness_pc: f64) -> Result<Self> {
         let (radius, thickness) = (above_zero("radius", radius_pc)?, above_zero("thickness", thickness_pc)?);
         if thickness < THINNEST * radius {
-            let wanted = format!("{} at least, {THINNEST:e} of its radius: a thinner wall cannot be resolved", Length(THINNEST * radius));
-            return Err(Error::value("thickness", Length(thickness), wanted));
+            let allowed = format!("at least {}, {THINNEST:e} of the radius, to be resolved", Length(THINNEST * radius));
+            return Err(Error::out_of_range("thickness", Length(thickness), allowed));
         }
         Ok(Self { centre: place("centre", centre)?, radius, thickness })
     }

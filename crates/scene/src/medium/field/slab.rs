@@ -14,10 +14,10 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "slab",
     summary: "1 between two planes of any orientation, within a cube",
     keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "a point on its middle plane, and middle of the cube"),
+        Key::optional("centre", "position", "0 0 0 pc", "a point on its middle plane, and centre of the cube"),
         Key::optional("normal", "direction", "[0, 0, 1]", "its normal"),
         Key::required("thickness", "length", "distance of the planes"),
-        Key::required("extent", "length", "half side of the cube that ends it"),
+        Key::required("extent", "length", "half edge of the bounding cube"),
     ],
     build: |section, _| {
         let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);

@@ -42,19 +42,14 @@ const ROUGH: usize = 64;
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "turbulence",
-    summary: "lognormal density of supersonic turbulence in a box, of mean one, on voxels",
+    summary: "lognormal density of supersonic turbulence in a box, with mean 1, on voxels",
     keys: &[
-        Key::optional("seed", "integer", "1", "number of the random waves"),
-        Key::optional("low", "position", "-1 -1 -1 pc", "the box's lower corner; the field is periodic in it"),
+        Key::optional("seed", "integer", "1", "seed of the random waves"),
+        Key::optional("low", "position", "-1 -1 -1 pc", "lower corner of the box; the field is periodic in it"),
         Key::optional("high", "position", "1 1 1 pc", "its upper corner"),
-        Key::optional("voxels", "integer", "128", "voxels along the longest edge: more of them show finer waves and change no others"),
-        Key::optional(
-            "outer_scale",
-            "length",
-            "half of the shortest edge",
-            "the scale at which turbulence is driven: larger waves are no stronger",
-        ),
-        Key::optional("mach", "number", "5", "rms Mach number M; 0 is even"),
+        Key::optional("voxels", "integer", "128", "voxels along the longest edge; more voxels add finer waves and keep the others"),
+        Key::optional("outer_scale", "length", "half of the shortest edge", "driving scale of turbulence; larger waves are not stronger"),
+        Key::optional("mach", "number", "5", "rms Mach number M; 0 is uniform"),
         Key::optional("forcing", "text", "mixed", "solenoidal, mixed or compressive: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²)"),
         Key::optional("plasma_beta", "number", "no magnetic field", "thermal over magnetic pressure"),
         Key::optional(

@@ -50,7 +50,7 @@ impl Draine {
     /// Where |g| is above 0.999, or α outside of 0 to 1000.
     pub fn new(g: impl Into<MeanCosine>, alpha: f64) -> Result<Self> {
         if !ALPHA.contains(&alpha) {
-            return Err(Error::value("alpha", alpha, format!("a number from {} to {}", ALPHA.start(), ALPHA.end())));
+            return Err(Error::out_of_range("alpha", alpha, format!("between {} and {}", ALPHA.start(), ALPHA.end())));
         }
         Ok(Self { g: g.into().checked()?, alpha })
     }

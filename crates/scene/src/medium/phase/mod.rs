@@ -28,7 +28,34 @@ use crate::error::{Error, Result};
 use crate::properties::{Key, Section, chosen};
 use crate::random::Counter;
 
-/// The spread of scattered light.
+/// Angular distribution of scattered light, normalised over the sphere.
+///
+/// # Examples
+/// Forward scattering with p = (1 + cos θ)/4π:
+///
+/// ```
+/// use barnard_scene::phase::Phase;
+/// use barnard_scene::random::Counter;
+///
+/// #[derive(Debug)]
+/// struct Linear;
+///
+/// impl Phase for Linear {
+///     fn at(&self, cosine: f64, _lambda_um: f64) -> f64 {
+///         (1.0 + cosine) / (4.0 * std::f64::consts::PI)
+///     }
+///     fn sample(&self, _lambda_um: f64, random: &mut Counter) -> f64 {
+///         // The inverse of the cumulative distribution (1 + cos θ)²/4.
+///         2.0 * random.uniform().sqrt() - 1.0
+///     }
+///     fn is_spectral(&self) -> bool {
+///         false
+///     }
+/// }
+///
+/// let sphere: f64 = (0..1000).map(|i| Linear.at((i as f64 + 0.5) / 500.0 - 1.0, 0.55) / 500.0).sum::<f64>() * 2.0 * std::f64::consts::PI;
+/// assert!((sphere - 1.0).abs() < 1e-9);
+/// ```
 pub trait Phase: std::fmt::Debug + Send + Sync {
     /// The phase function p(cos θ, λ) [sr⁻¹]; λ \[µm\].
     fn at(&self, cosine: f64, lambda_um: f64) -> f64;
@@ -117,7 +144,7 @@ impl MeanCosine {
             MeanCosine::Table(table) => table.y().iter().find(far),
         };
         match wrong {
-            Some(g) => Err(Error::value("mean cosine", g, format!("a number from -{MAX_COSINE} to {MAX_COSINE}"))),
+            Some(g) => Err(Error::out_of_range("mean cosine", g, format!("between -{MAX_COSINE} and {MAX_COSINE}"))),
             None => Ok(self),
         }
     }
@@ -133,7 +160,7 @@ impl MeanCosine {
     fn read(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Self> {
         if let Some(g) = section.number("g", -MAX_COSINE..=MAX_COSINE)? {
             if section.has("g_file") {
-                return Err(section.error("g_file", "give either g or g_file, not both"));
+                return Err(section.error("g_file", "g and g_file exclude each other; remove one"));
             }
             return Ok(MeanCosine::Constant(g));
         }
@@ -143,7 +170,13 @@ impl MeanCosine {
         }
         let own = extinction.dust_table().map(|t| MeanCosine::Table(t.mean_cosine.clone()));
         own.ok_or_else(|| {
-            section.error("g", format!("law \"{}\" brings no mean cosine: give g, such as g = 0.5, or g_file", extinction.name))
+            section.error(
+                "g",
+                format!(
+                    "g is required, because law \"{}\" does not define a mean cosine; write one such as g = 0.5, or g_file",
+                    extinction.name
+                ),
+            )
         })
     }
 }

@@ -76,7 +76,7 @@ fn parse(file: &str, columns: &Columns) -> std::result::Result<(Tabulated, Strin
     let wrong = |reason: String| SpectraError::table(file, reason);
     let head = columns.columns.first().cloned().unwrap_or_default();
     let angle = AngleUnit::of(&head.name, head.unit.as_deref()).ok_or_else(|| {
-        wrong(format!("the first column \"{}\" is an angle without its unit; write \"theta [deg]\" or cosines", head.name))
+        wrong(format!("the first column \"{}\" is an angle without a unit; write \"theta [deg]\", or use cosines", head.name))
     })?;
     let mut rows: Vec<&Vec<f64>> = columns.rows.iter().map(|(_, row)| row).collect();
     let ends = |rows: &[&Vec<f64>]| [rows[0][0], rows[rows.len() - 1][0]].map(|number| angle.cosine(number));
@@ -103,8 +103,7 @@ fn wavelengths_um(columns: &Columns) -> std::result::Result<Vec<f64>, String> {
     let Some((line, (key, list))) = lists.next() else { return Ok(vec![0.55]) };
     let unit = key.trim()["wavelength".len()..].trim_matches(|c: char| c.is_whitespace() || "_[]()".contains(c));
     let unit = AxisUnit::parse(unit).filter(|unit| unit.quantity() == AxisQuantity::Wavelength);
-    let unit =
-        unit.ok_or_else(|| format!("line {line} states no known unit of wavelength; write it like \"# wavelength_um: 0.44, 0.55\""))?;
+    let unit = unit.ok_or_else(|| format!("line {line} has no known unit of wavelength; write it like \"# wavelength_um: 0.44, 0.55\""))?;
     let number = |text: &str| text.trim().parse::<f64>().map(|number| unit.wavelength_um(number));
     list.split(',').map(|text| number(text).map_err(|_| format!("line {line}: \"{}\" is not a wavelength", text.trim()))).collect()
 }
@@ -119,15 +118,19 @@ impl Tabulated {
         let ascending = lambda_um.windows(2).all(|w| w[0] < w[1]) && !lambda_um.is_empty() && lambda_um.len() == values.len();
         let near = |end: Option<&f64>, wanted: f64| end.is_some_and(|end| (end - wanted).abs() < 1e-6);
         if !ascending || !near(cosines.first(), -1.0) || !near(cosines.last(), 1.0) {
-            let wanted = format!("cos theta from -1 to 1 and one column for each of {} ascending wavelengths", lambda_um.len());
-            return Err(Error::value("table of a phase function", name, wanted));
+            let expected = format!("cos theta from -1 to 1 and one column for each of {} ascending wavelengths", lambda_um.len());
+            return Err(Error::mismatch("table of a phase function", expected, format!("other columns in {name}")));
         }
         let column = |values: Vec<f64>| {
             let table = Table::new(name, cosines.clone(), values)?;
             let (x, y) = (table.x(), table.y());
             let sum: f64 = (1..x.len()).map(|i| 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1])).sum();
             if y.iter().any(|p| *p < 0.0) || sum.is_nan() || sum <= 0.0 {
-                return Err(Error::value("table of a phase function", name, "one whose values are not negative and not zero everywhere"));
+                return Err(Error::out_of_range(
+                    "table of a phase function",
+                    format!("negative, or zero everywhere, in {name}"),
+                    "at least zero",
+                ));
             }
             Ok(table.scaled(1.0, 1.0 / (2.0 * std::f64::consts::PI * sum)))
         };

@@ -12,19 +12,19 @@ use crate::properties::{Key, Kind, Section, build_kind_with};
 
 /// The keys that every camera takes.
 pub(crate) const COMMON: &[Key] = &[
-    Key::required("position", "position", "where the observer is"),
-    Key::optional("target", "position", "0 0 0 pc", "what they look at"),
-    Key::optional("up", "direction", "[0, 1, 0]", "what is up in the image"),
+    Key::required("position", "position", "position of the observer"),
+    Key::optional("target", "position", "0 0 0 pc", "target of the view"),
+    Key::optional("up", "direction", "[0, 1, 0]", "up direction of the image"),
     Key::optional("size", "[width, height]", "[512, 512]", "pixels of the image"),
     Key::optional(
         "crop",
         "list of numbers",
         "the whole image",
-        "[column, row, width, height] of the part that is rendered, in pixels from the upper left corner",
+        "[column, row, width, height] of the rendered part, in pixels from the upper left corner",
     ),
-    Key::optional("supersampling", "integer", "1", "rays along each side of a pixel, 1 to 16"),
-    Key::optional("stereo", "table", "one eye", "two eyes beside each other, [camera.stereo]"),
-    Key::optional("path", "table", "the camera stands still", "how the camera moves, [camera.path]"),
+    Key::optional("supersampling", "integer", "1", "rays per pixel edge, 1 to 16"),
+    Key::optional("stereo", "table", "one eye", "stereo, [camera.stereo]"),
+    Key::optional("path", "table", "a static camera", "camera path, [camera.path]"),
 ];
 
 /// All kinds of camera that a scene may name.
@@ -36,7 +36,7 @@ pub const KINDS: &[Kind<Projection>] = &[
         build: |section, _| {
             let fov = section.need_positive::<Angle>("field_of_view")?;
             if fov.0 >= std::f64::consts::PI {
-                return Err(section.error("field_of_view", format!("{fov} is too wide; it must be below 180 deg")));
+                return Err(section.error("field_of_view", format!("{fov} is out of range; a field of view must be below 180 deg")));
             }
             Ok(Projection::Perspective { half_width: (0.5 * fov.0).tan() })
         },
@@ -49,37 +49,37 @@ pub const KINDS: &[Kind<Projection>] = &[
     },
     Kind {
         name: "fisheye",
-        summary: "equal angles from the middle outwards, black beside the circle: a dome master, with what the audience faces at the bottom",
+        summary: "dome master: equidistant, black outside of the circle, front of the audience at the bottom",
         keys: &[
-            Key::optional("aperture", "angle", "180 deg", "the angle across the circle, up to 360 deg"),
+            Key::optional("aperture", "angle", "180 deg", "angle across the circle, up to 360 deg"),
             Key::optional(
                 "tilt",
                 "angle",
                 "0 deg",
-                "how far the middle of the image leans from up towards the target, 0 to 180 deg; at 90 deg the target is in the middle",
+                "tilt of the image centre from up towards the target, 0 to 180 deg; at 90 deg the target is in the centre",
             ),
         ],
         build: |section, _| {
             let aperture = section.positive::<Angle>("aperture")?.unwrap_or(Angle(PI));
             let tilt = section.quantity::<Angle>("tilt")?.unwrap_or(Angle(0.0));
             if aperture.0 > TURN * (1.0 + 1e-12) {
-                return Err(section.error("aperture", format!("{aperture} is more than all around; it is 360 deg at most")));
+                return Err(section.error("aperture", format!("{aperture} is out of range; an aperture must be at most 360 deg")));
             }
             if !(0.0..=PI * (1.0 + 1e-12)).contains(&tilt.0) {
-                return Err(section.error("tilt", format!("{tilt} is no tilt; it is 0 to 180 deg")));
+                return Err(section.error("tilt", format!("{tilt} is out of range; a tilt must be between 0 and 180 deg")));
             }
             Ok(Projection::dome(aperture.0, tilt.0))
         },
     },
     Kind {
         name: "equirectangular",
-        summary: "all around, longitude by latitude, the target in the middle; twice as wide as high",
+        summary: "360° image, longitude by latitude, target in the centre; twice as wide as high",
         keys: &[],
         build: |_, _| Ok(Projection::SPHERE),
     },
     Kind {
         name: "cubemap",
-        summary: "all around, six faces of a cube one above the other, as environment maps of OpenEXR have them; six times as high as wide",
+        summary: "360° image, six faces of a cube above each other, as in OpenEXR environment maps; six times as high as wide",
         keys: &[],
         build: |_, _| Ok(Projection::CUBE),
     },
@@ -107,32 +107,34 @@ pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Came
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     let projection = build_kind_with("camera", KINDS, COMMON, section, inputs)?;
     if section.has("path") {
-        return Err(section.error("path", "a bookmark stands still; the path of a camera is [camera.path]"));
+        return Err(section.error("path", "a bookmark cannot have a path; write it as [camera.path]"));
     }
     let (position, target) = (section.need_position("position")?, section.position("target")?.unwrap_or(DVec3::ZERO));
     let camera = Camera::look_at(position, target).up(section.direction("up")?.unwrap_or(DVec3::Y));
     if !camera.forward.is_finite() {
-        return Err(section.error("target", "the camera stands on its target; move one of them"));
+        return Err(section.error("target", "camera and target are at the same position; move one of them"));
     }
     if !camera.right.is_finite() {
         return Err(section.error("up", "up is parallel to the viewing direction; choose another"));
     }
     let size = section.numbers("size")?.unwrap_or_else(|| vec![SIZE as f64; 2]);
     let whole = |v: f64| v.fract() == 0.0 && (1.0..=MAX_EDGE as f64).contains(&v);
-    let &[width, height] = &size[..] else { return Err(section.error("size", "size is [width, height]")) };
+    let &[width, height] = &size[..] else { return Err(section.error("size", "size must be [width, height]")) };
     if !whole(width) || !whole(height) {
-        return Err(section
-            .error("size", format!("an image of {width} x {height} pixels cannot be made; both are whole numbers from 1 to {MAX_EDGE}")));
+        return Err(section.error(
+            "size",
+            format!("a size of {width} x {height} pixels is out of range; both must be whole numbers from 1 to {MAX_EDGE}"),
+        ));
     }
     let supersampling = section.integer("supersampling", *SUPERSAMPLING.start() as i64..=*SUPERSAMPLING.end() as i64)?;
     let stereo = section.table("stereo")?.map(|own| stereo::build(&own, position.distance(target))).transpose()?;
     if matches!(projection, Projection::Perspective { .. })
         && let Some(own) = section.table("stereo")?
     {
-        own.refuse(&["pole_merge"], "images of all around")?;
+        own.refuse(&["pole_merge"], "360° images")?;
     }
     if stereo.is_some() && matches!(projection, Projection::Orthographic { .. }) {
-        return Err(section.error("stereo", "two eyes need a kind of camera whose rays start at one point, such as \"perspective\""));
+        return Err(section.error("stereo", "stereo requires a camera whose rays start at one point; use a kind such as \"perspective\""));
     }
     let camera =
         Camera { projection, stereo, ..camera }.size(width as usize, height as usize).supersampling(supersampling.unwrap_or(1) as usize);
@@ -142,6 +144,6 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
             let part = camera.crop(column as usize, row as usize, width as usize, height as usize);
             part.map_err(|error| section.error("crop", error.to_string()))
         }
-        Some(_) => Err(section.error("crop", "crop is [column, row, width, height], four whole numbers")),
+        Some(_) => Err(section.error("crop", "crop must be [column, row, width, height], four whole numbers")),
     }
 }

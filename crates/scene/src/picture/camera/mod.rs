@@ -206,8 +206,8 @@ impl Camera {
     pub fn crop(self, column: usize, row: usize, width: usize, height: usize) -> Result<Self> {
         let inside = |first: usize, count: usize, all: usize| count > 0 && first.checked_add(count).is_some_and(|end| end <= all);
         if !inside(column, width, self.width) || !inside(row, height, self.height) {
-            let wanted = format!("one pixel or more of an image of {} x {}", self.width, self.height);
-            return Err(Error::value("crop", format!("{width} x {height} pixels from column {column} and row {row} on"), wanted));
+            let allowed = format!("one pixel or more within {} x {}", self.width, self.height);
+            return Err(Error::out_of_range("crop", format!("{width} x {height} at column {column}, row {row}"), allowed));
         }
         let (part, half) = (width as f64 / self.width as f64, 0.5 * self.width as f64);
         let projection = self.projection.part(part);
@@ -254,19 +254,19 @@ impl Camera {
     /// Where position, target, up, field of view or the number of pixels are wrong.
     pub fn check(&self) -> Result<()> {
         if !self.position.is_finite() {
-            return Err(Error::value("position of the camera", self.position, "a place: coordinates are numbers"));
+            return Err(Error::out_of_range("position of the camera", self.position, "finite"));
         }
         if !self.forward.is_finite() {
-            return Err(Error::value("target of the camera", "its own place", "what it can look at; move one of them"));
+            return Err(Error::conflict("camera and target are at the same position", "move one of them"));
         }
         if !(self.right.is_finite() && self.up.is_finite()) {
-            return Err(Error::value("up of the camera", "its viewing direction", "what can be up in the image; choose another"));
+            return Err(Error::conflict("up of the camera is its viewing direction", "choose another direction"));
         }
         let axes = [self.right, self.up, self.forward];
         let square = |i: usize| axes[i].dot(axes[(i + 1) % 3]).abs() < SKEW && (axes[i].length() - 1.0).abs() < SKEW;
         if !(0..3).all(square) {
-            let wanted = "of length one and at right angles, as `look_at` makes them";
-            return Err(Error::value("right, up and forward of the camera", format!("{axes:.3?}"), wanted));
+            let problem = format!("right, up and forward of the camera, {axes:.3?}, are not orthonormal");
+            return Err(Error::conflict(problem, "make them with `look_at`"));
         }
         let (what, half) = match self.projection {
             Projection::Perspective { half_width } => ("field of view", half_width),
@@ -277,35 +277,35 @@ impl Camera {
                     && !is_dome(half_aperture, tilt)
                 {
                     let found = format!("{:.4} and {:.4} deg", (2.0 * half_aperture).to_degrees(), tilt.to_degrees());
-                    return Err(Error::value("aperture and tilt of the camera", found, "at most 360 deg, and a tilt of 0 to 180 deg"));
+                    return Err(Error::out_of_range("aperture and tilt of the camera", found, "0 to 360 deg, and 0 to 180 deg"));
                 }
                 ("width of the camera", half_width)
             }
         };
         if !(half > 0.0 && half < WIDEST) {
-            return Err(Error::value(what, half, "above zero, and a field of view is below 180 deg"));
+            return Err(Error::out_of_range(what, half, "above zero, and a field of view below 180 deg"));
         }
         if !(self.offset.0.is_finite() && self.offset.1.is_finite()) {
-            return Err(Error::value("offset of the camera", format!("{:?}", self.offset), "two numbers"));
+            return Err(Error::out_of_range("offset of the camera", format!("{:?}", self.offset), "two finite numbers"));
         }
         if let Some(stereo) = &self.stereo {
             stereo.check()?;
             let edge = if stereo.arrangement == Arrangement::OverUnder { self.height } else { self.width };
             if 2 * edge > MAX_EDGE {
-                let wanted = format!("at most {MAX_EDGE} of both together; render each for itself");
-                return Err(Error::value("pixels of two eyes along an edge", edge, wanted));
+                let allowed = format!("at most {MAX_EDGE} for both together; render each eye separately");
+                return Err(Error::out_of_range("edge of a stereo image", 2 * edge, allowed));
             }
             if matches!(self.projection, Projection::Orthographic { .. }) {
-                return Err(Error::value("kind of the camera", "orthographic, with two eyes", "one whose rays start at one point"));
+                return Err(Error::unsupported("stereo", "an orthographic camera", "use another kind of camera"));
             }
         }
         let (width, height) = (self.width, self.height);
         if !((1..=MAX_EDGE).contains(&width) && (1..=MAX_EDGE).contains(&height)) {
-            let wanted = format!("a size that images have; both are whole numbers from 1 to {MAX_EDGE}");
-            return Err(Error::value("size of the image", format!("{width} x {height} pixels"), wanted));
+            let allowed = format!("two whole numbers from 1 to {MAX_EDGE}");
+            return Err(Error::out_of_range("size of the image", format!("{width} x {height} pixels"), allowed));
         }
         if !SUPERSAMPLING.contains(&self.supersampling) {
-            return Err(Error::value("supersampling", self.supersampling, "from 1 to 16 rays along each side of a pixel"));
+            return Err(Error::out_of_range("supersampling", self.supersampling, "between 1 and 16 rays per pixel edge"));
         }
         Ok(())
     }

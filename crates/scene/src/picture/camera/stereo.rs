@@ -27,29 +27,20 @@ use crate::properties::{Key, Section};
 
 /// Keys of `[camera.stereo]`.
 pub(crate) const KEYS: &[Key] = &[
-    Key::required("eye_distance", "length", "from eye to eye; a thirtieth of the distance to what is seen is deep, a hundredth shallow"),
-    Key::optional(
-        "convergence",
-        "length",
-        "to the target",
-        "where both eyes see one image, which lies in the screen; what is nearer stands before it",
-    ),
+    Key::required("eye_distance", "length", "distance of the eyes; 1/30 of the distance to the object is deep, 1/100 shallow"),
+    Key::optional("convergence", "length", "to the target", "distance of the screen plane; nearer objects appear in front of it"),
     Key::optional(
         "arrangement",
         "text",
         "over_under",
-        "over_under, the left eye on top, or side_by_side; `%V` in the name of an output makes a file of each eye",
+        "over_under (left eye on top) or side_by_side; `%V` in an output name writes a file per eye",
     ),
-    Key::optional(
-        "pole_merge",
-        "list of texts",
-        "[\"60 deg\", \"75 deg\"]",
-        "in images of all around, heights above and below the horizon between which both eyes become one",
-    ),
+    Key::optional("pole_merge", "list of texts", "[\"60 deg\", \"75 deg\"]", "in 360° images, altitudes between which both eyes merge"),
 ];
 
 /// How images of both eyes become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Arrangement {
     /// The left eye's image is above the right one's.
     OverUnder,
@@ -86,12 +77,12 @@ impl Stereo {
         let positive = |v: f64| v > 0.0;
         if !(positive(self.distance_pc) && self.distance_pc.is_finite() && positive(self.convergence_pc)) {
             let found = format!("{} and {} pc", self.distance_pc, self.convergence_pc);
-            return Err(Error::value("distance of eyes and convergence", found, "above zero"));
+            return Err(Error::out_of_range("eye distance and convergence", found, "above zero"));
         }
         let (from, to) = self.merge;
         if !(0.0 <= from && from < to && to <= FRAC_PI_2 * (1.0 + 1e-9)) {
             let found = format!("{:.2} and {:.2} deg", from.to_degrees(), to.to_degrees());
-            return Err(Error::value("heights of pole_merge", found, "ascending, from 0 to 90 deg"));
+            return Err(Error::out_of_range("pole_merge", found, "ascending, from 0 to 90 deg"));
         }
         Ok(())
     }
@@ -106,7 +97,7 @@ pub(super) fn build(section: &Section, target_pc: f64) -> Result<Stereo> {
     let merge = match section.texts("pole_merge")? {
         None => MERGE,
         Some(ends) => {
-            let wrong = || section.error("pole_merge", "pole_merge is two ascending angles, such as [\"60 deg\", \"75 deg\"]");
+            let wrong = || section.error("pole_merge", "pole_merge must be two ascending angles, such as [\"60 deg\", \"75 deg\"]");
             let &[from, to] = &ends[..] else { return Err(wrong()) };
             (section.wrap("pole_merge", Angle::parse(from))?.0, section.wrap("pole_merge", Angle::parse(to))?.0)
         }

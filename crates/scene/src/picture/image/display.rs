@@ -48,16 +48,16 @@ impl Display {
         let (black, white) = (number(self.black), number(self.white));
         for (what, level) in [("black level", black), ("white level", white)] {
             if let Some(value) = level.filter(|v| !v.is_finite()) {
-                return Err(Error::value(what, value, "a radiance"));
+                return Err(Error::out_of_range(what, value, "a finite radiance"));
             }
         }
         if ![8, 16].contains(&self.bits) {
-            return Err(Error::value("bits of a colour", self.bits, "8 or 16"));
+            return Err(Error::out_of_range("bits of a colour", self.bits, "8 or 16"));
         }
         self.glare.map_or(Ok(()), |glare| glare.check())?;
         match (black, white) {
             (Some(black), Some(white)) if white <= black => {
-                Err(Error::value("white level", white, format!("above the black one, {black}")))
+                Err(Error::out_of_range("white level", white, format!("above the black level, {black}")))
             }
             _ => Ok(()),
         }

@@ -66,10 +66,10 @@ impl Glare {
             [("size of a glare", self.size, SIZES), ("seeing of a glare", self.seeing, SEEINGS), ("halo of a glare", self.halo, HALOS)]
         {
             if !range.contains(&value) {
-                return Err(Error::value(what, value, format!("{} to {}", range.start(), range.end())));
+                return Err(Error::out_of_range(what, value, format!("between {} and {}", range.start(), range.end())));
             }
         }
-        if self.rotation.is_finite() { Ok(()) } else { Err(Error::value("rotation of a glare", self.rotation, "an angle")) }
+        if self.rotation.is_finite() { Ok(()) } else { Err(Error::out_of_range("rotation of a glare", self.rotation, "finite")) }
     }
 
     /// Bytes that a glare takes beside an image of so many bands, at most: all bands in double precision, three transforms of a

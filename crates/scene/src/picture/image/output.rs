@@ -25,7 +25,7 @@ impl LayerChoice {
                 "tau" => choice.tau = true,
                 "all" => choice = Self { light: true, depth: true, tau: true },
                 "none" => choice = Self::default(),
-                other => return Err(format!("there is no layer \"{other}\"; known: light, depth, tau, all, none")),
+                other => return Err(format!("unknown layer \"{other}\"; known: light, depth, tau, all, none")),
             }
         }
         Ok(choice)

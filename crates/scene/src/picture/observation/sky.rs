@@ -65,7 +65,7 @@ impl SkyPlace {
     /// # Errors
     /// Where it says none.
     pub fn parse(frame: SkyFrame, text: &str) -> Result<Self> {
-        let wrong = || Error::value("place on the sky", format!("\"{text}\""), EXAMPLE);
+        let wrong = || Error::malformed("place on the sky", text, EXAMPLE);
         // A unit that stands behind a blank belongs to the number before.
         let mut parts: Vec<String> = Vec::new();
         for word in text.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
@@ -106,8 +106,9 @@ impl SkyPlace {
     /// Where a latitude is beyond the poles, or a longitude not within a turn.
     pub fn check(&self) -> Result<()> {
         if !(-360.0..=360.0).contains(&self.longitude_deg) || !(-90.0..=90.0).contains(&self.latitude_deg) {
-            let said = format!("{} deg, {} deg", self.longitude_deg, self.latitude_deg);
-            return Err(Error::value("place on the sky", said, "a longitude from 0 to 360 deg and a latitude from -90 to 90 deg"));
+            let value = format!("{} deg, {} deg", self.longitude_deg, self.latitude_deg);
+            let allowed = "a longitude from 0 to 360 deg and a latitude from -90 to 90 deg";
+            return Err(Error::out_of_range("place on the sky", value, allowed));
         }
         Ok(())
     }

@@ -20,6 +20,7 @@ const RAYLEIGH: f64 = 1e10 / SPHERE;
 
 /// The unit of a picture in a FITS file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum RadianceUnit {
     /// Band radiance [W m⁻² sr⁻¹].
     #[default]
@@ -86,7 +87,7 @@ impl RadianceUnit {
             Self::MegaJansky => "mean I_nu at the pivot wavelength",
             Self::Rayleigh | Self::Photons => "photons at the pivot wavelength",
             Self::Electrons => "electrons of a pixel",
-            Self::Ab | Self::St | Self::Vega => "magnitudes of a square arcsecond",
+            Self::Ab | Self::St | Self::Vega => "magnitudes per square arcsecond",
         }
     }
 
@@ -117,8 +118,8 @@ impl RadianceUnit {
             Self::Rayleigh => InUnit::Times(photons / RAYLEIGH),
             Self::Photons => InUnit::Times(photons),
             Self::Electrons => {
-                let wanted = "a scene with an [instrument], whose pixels gather electrons";
-                InUnit::Times(electrons.ok_or_else(|| Error::value("unit electron s-1", "without an instrument", wanted))?)
+                let missing = || Error::missing("an instrument for unit electron s-1", "add [instrument] to the scene");
+                InUnit::Times(electrons.ok_or_else(missing)?)
             }
             Self::Ab => magnitudes(zero_point(band, MagnitudeSystem::Ab)?),
             Self::St => magnitudes(10.0 * 10f64.powf(-0.4 * ST_ZERO_MAGNITUDE) * width_um),

@@ -72,17 +72,17 @@ impl IonisedGas {
     /// Notes in sentences.
     pub fn told(&self) -> Vec<String> {
         let (Some(temperature), Some(electrons)) = (self.temperature, self.electrons) else {
-            return vec!["no star ionises it: none has photons above 13.6 eV, or no gas is near".into()];
+            return vec!["not ionised: no star has photons above 13.6 eV, or no gas is near".into()];
         };
-        let mut told = vec![format!("{temperature:.0} K and {electrons:.3e} electrons per cm3 where it is ionised")];
+        let mut told = vec![format!("{temperature:.0} K and {electrons:.3e} electrons per cm3 in the ionised gas")];
         for (star, escaped) in self.cloud.stars.iter().zip(&self.escaped).filter(|(_, escaped)| **escaped > ESCAPED) {
-            told.push(format!("{:.0} % of the ionising photons of {} leave the cloud, or miss it", 100.0 * escaped, star.name));
+            told.push(format!("{:.0} % of the ionising photons of {} leave or miss the cloud", 100.0 * escaped, star.name));
         }
         if self.passes > 1 {
-            told.push(format!("{} passes on {}; the last of them moved {:.1e} of its ions", self.passes, self.by, self.change));
+            told.push(format!("{} passes on {}; the last changed {:.1e} of the ions", self.passes, self.by, self.change));
         }
         if self.unsettled > UNSETTLED {
-            told.push(format!("in {:.2} % of the steps of beams the gas did not settle", 100.0 * self.unsettled));
+            told.push(format!("the gas did not converge in {:.2} % of the beam steps", 100.0 * self.unsettled));
         }
         told
     }

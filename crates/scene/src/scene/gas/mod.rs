@@ -45,42 +45,32 @@ const ABUNDANCES: &[Abundances] = &[
 ];
 
 pub(super) const KEYS: &[Key] = &[
-    Key::required("density", "expression", "nuclei of hydrogen in cm-3, of the fields, such as \"n_H\""),
+    Key::required("density", "expression", "hydrogen nuclei in cm-3, an expression of fields such as \"n_H\""),
     Key::optional(
         "abundances",
         "text or list",
         "orion",
-        "orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S for one nucleus of hydrogen; of six numbers Mg and Si are left out",
+        "orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus; six numbers omit Mg and Si",
     ),
     Key::optional(
         "voxels",
         "whole number",
-        "a grid's own; 96 for a function",
-        "voxels along the longest edge: more than a grid has show its fronts finer",
+        "those of the grid; 96 for a function",
+        "voxels along the longest edge; more than those of the grid make fronts finer",
     ),
-    Key::optional(
-        "dust_absorption",
-        "number",
-        "0",
-        "cross section that dust absorbs ionising light with, in cm2 for a nucleus of hydrogen, such as 1e-21",
-    ),
-    Key::optional(
-        "temperature",
-        "temperature",
-        "where heating and cooling are in balance",
-        "of all electrons, 500 to 60000 K, in place of the one that follows",
-    ),
+    Key::optional("dust_absorption", "number", "0", "cross section of dust for ionising light in cm2 per hydrogen nucleus, such as 1e-21"),
+    Key::optional("temperature", "temperature", "thermal equilibrium", "fixed electron temperature, 500 to 60000 K"),
     Key::optional(
         "diffuse",
         "text",
         "outward",
-        "where light of recombinations is absorbed: outward, along the stars' rays, or on_the_spot, where it is made",
+        "treatment of recombination light: outward (transported along the stars' rays) or on_the_spot (absorbed where it is emitted)",
     ),
     Key::optional(
         "doppler_fwhm",
         "velocity",
         "0 km/s",
-        "full width at half maximum that turbulence gives its lines, with which the thermal one, 19 km/s of hydrogen at 8000 K, adds in squares",
+        "turbulent full width at half maximum of the lines; the thermal width, 19 km/s for hydrogen at 8000 K, is added in quadrature",
     ),
     motion::VELOCITY,
     motion::STEP,
@@ -109,7 +99,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let turbulent = emission::doppler_fwhm(section)?.unwrap_or(Velocity(0.0));
     let species = Species::seen(bands);
     let bytes = cloud.bytes(species.len() + BESIDE);
-    section.wrap("density", memory::check("the gas that stars ionise", bytes, loader.inputs.memory_limit))?;
+    section.wrap("density", memory::check("gas ionised by the stars", bytes, loader.inputs.memory_limit))?;
     let densest = cloud.densest();
     let functions: Vec<_> =
         species.iter().map(|species| move |gas: &Gas, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
@@ -189,14 +179,13 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
     let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
     let isothermal = section.positive::<Temperature>("temperature")?.map(|temperature| temperature.0);
     if isothermal.is_some_and(|temperature| !(COLDEST..=HOTTEST).contains(&temperature)) {
-        return Err(section.error("temperature", format!("gas is held at {COLDEST} to {HOTTEST} K")));
+        return Err(section.error("temperature", format!("the gas temperature must be between {COLDEST} and {HOTTEST} K")));
     }
     let named = section.choice("diffuse", &DIFFUSE.map(|(name, _)| name))?;
     let diffuse = DIFFUSE.into_iter().find(|(name, _)| Some(*name) == named).map_or(DIFFUSE[0].1, |(_, diffuse)| diffuse);
     let stars = IonisingStar::of(stars);
     if stars.len() > MOST_STARS {
-        let message =
-            format!("{} stars ionise it, at most {MOST_STARS} are followed: take fainter ones out, or put some into one", stars.len());
+        let message = format!("{} stars ionise the gas, at most {MOST_STARS} are supported; remove faint stars or merge some", stars.len());
         return Err(section.error("density", message));
     }
     // For a first look a grid is taken as it is, to be made coarser, and a function is not asked at more places than needed.
@@ -206,7 +195,7 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
     let lattice = own.map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
     let (hydrogen, memory_limit) = (Vec::new(), loader.inputs.memory_limit);
     let mut cloud = GasCloud { lattice, hydrogen, abundances, dust_cm2, isothermal, diffuse, stars, memory_limit };
-    section.wrap("density", memory::check("the gas that stars ionise", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
+    section.wrap("density", memory::check("gas ionised by the stars", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
     cloud.hydrogen = match own {
         Some(grid) => grid.values().into_owned(),
         None => Grid::from_function(&density, cloud.lattice.clone(), 1.0, &loader.control)?.values().into_owned(),
@@ -220,7 +209,7 @@ fn abundances(section: &Section) -> Result<[f64; ELEMENTS]> {
         let heavier: [f64; ELEMENTS - 1] = match values[..] {
             [helium, carbon, nitrogen, oxygen, neon, sulphur] => [helium, carbon, nitrogen, oxygen, neon, 0.0, 0.0, sulphur],
             _ => values.try_into().map_err(|_| {
-                let message = "eight numbers: He, C, N, O, Ne, Mg, Si and S for one nucleus of hydrogen, or six without Mg and Si";
+                let message = "eight numbers, He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus, or six without Mg and Si";
                 section.error("abundances", message)
             })?,
         };

@@ -278,7 +278,7 @@ impl Relay {
     fn part<'a>(&self, dust: &'a Grid, voxels: &[Range<usize>; 3]) -> Result<Part<'a>> {
         let wanted = voxels.each_ref().map(|v| v.len());
         if dust.lattice().dims != wanted {
-            return Err(Error::value("dust of a brick", format!("{:?} voxels", dust.lattice().dims), format!("{wanted:?} voxels")));
+            return Err(Error::mismatch("dust of a brick", format!("{wanted:?} voxels"), format!("{:?}", dust.lattice().dims)));
         }
         Ok(Part { grid: dust, first: voxels.each_ref().map(|v| v.start), dims: self.partition.lattice().dims })
     }
@@ -304,7 +304,7 @@ impl Relay {
                 return Ok(vec![0.0; window[0].len() * window[1].len()]);
             }
             if values.len() != count {
-                return Err(Error::value("rays of a tier", format!("{} values", values.len()), format!("{count} values")));
+                return Err(Error::mismatch("rays of a tier", format!("{count} values"), values.len()));
             }
             Ok(window[1].clone().flat_map(|j| &values[j * rays.counts[0]..][window[0].clone()]).copied().collect())
         };

@@ -30,7 +30,7 @@ pub fn registry(most: usize) -> FilterRegistry {
         }),
     );
     for (number, name) in FOREIGN {
-        let message = format!("its chunks are packed by {name} (filter {number}), which is not read: repack it, say by h5repack -f GZIP=4");
+        let message = format!("its chunks are compressed with {name} (filter {number}), which is unsupported; run h5repack -f GZIP=4");
         registry.register(number, Box::new(move |_, _, _| Err(Error::UnsupportedFilter(message.clone()))));
     }
     registry
@@ -38,7 +38,7 @@ pub fn registry(most: usize) -> FilterRegistry {
 
 /// Unpacks LZF: runs of bytes as they are, and copies of what was there up to 8 KiB before. Source: liblzf, lzf_d.c.
 fn lzf(packed: &[u8], most: usize) -> Result<Vec<u8>> {
-    let broken = || Error::InvalidData("a chunk that LZF packed is broken".into());
+    let broken = || Error::InvalidData("an LZF chunk is corrupt".into());
     let mut out = Vec::with_capacity(most.min(packed.len().saturating_mul(4)));
     let mut at = 0;
     let mut next = || {

@@ -193,7 +193,7 @@ impl<'a> Place<'a> {
         Some(if is_even {
             Ok(Axis { unit: unit_of(scale).unwrap_or_default(), step, first })
         } else {
-            Err(format!("coordinate of uneven steps (dataset \"{}\")", scale.name()))
+            Err(format!("coordinate of unequal steps (dataset \"{}\")", scale.name()))
         })
     }
 

@@ -43,16 +43,13 @@ pub fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let stored = stored(&found.dataset).map_err(wrong)?;
     let long = long_axes(found.dataset.shape());
     let [a, b, c] = long[..] else {
-        return Err(wrong(format!("it has the axes {}, a grid has three that are longer than one", edges(found.dataset.shape()))));
+        return Err(wrong(format!("it has the axes {}; a grid requires three that are longer than one", edges(found.dataset.shape()))));
     };
     let shape = [a, b, c].map(|axis| found.dataset.shape()[axis]);
     let (_, cells) = three_axes(path, &shape).map_err(|e| wrong(e.to_string()))?;
     // Chunks that were never written take nothing in the file, and time to read all the same.
     if cells > NEVER_WRITTEN.saturating_add(request.length.saturating_mul(MOST_PACKED)) {
-        return Err(wrong(format!(
-            "it has {cells} elements in a file of {} bytes: next to nothing of it was ever written",
-            request.length
-        )));
+        return Err(wrong(format!("it has {cells} elements in a file of {} bytes: almost none were written", request.length)));
     }
     let shape = shape.map(|n| n as usize);
     let place = Place::of(&found);
@@ -80,7 +77,7 @@ pub fn members(request: &mut Request) -> Result<Vec<Member>> {
     let of = |found: &Found| {
         let dataset = &found.dataset;
         let kind =
-            stored(dataset).map_or_else(|_| format!("{}, which are not read", name_of(dataset.dtype())), |stored| stored.to_string());
+            stored(dataset).map_or_else(|_| format!("{}, which are unsupported", name_of(dataset.dtype())), |stored| stored.to_string());
         let shape = if dataset.shape().is_empty() { "a single value".into() } else { edges(dataset.shape()) };
         let mut facts = vec![("shape", shape), ("type", kind)];
         facts.extend(dataset.chunks().map(|chunk| ("chunks", edges(&chunk))));
@@ -111,12 +108,12 @@ const OLD_MATLAB: &[u8] = b"MATLAB 5.0 MAT-file";
 /// Refuses netCDF files and MAT-files that are not HDF5.
 fn refuse_classic(request: &mut Request) -> Result<()> {
     if request.bytes(0, OLD_MATLAB.len())?.is_some_and(|bytes| bytes == OLD_MATLAB) {
-        return Err(Error::file(request.path, "is a MAT-file of MATLAB 5, which is not read; save it with \"-v7.3\""));
+        return Err(Error::file(request.path, "is a MATLAB 5 file, which is unsupported; save it with \"-v7.3\""));
     }
     let Some(magic) = request.bytes(0, 4)?.filter(|bytes| bytes.starts_with(b"CDF")) else { return Ok(()) };
     let variant = CLASSIC_NETCDF.iter().find(|(version, _)| *version == magic[3]).map_or("unknown variant", |(_, name)| name);
     let reason = format!(
-        "is a netCDF 3 file ({variant}), which is not read; convert it with \"nccopy -k nc4 IN OUT\", or write it with format=\"NETCDF4\""
+        "is a netCDF 3 file ({variant}), which is unsupported; convert it with \"nccopy -k nc4 IN OUT\", or write it with format=\"NETCDF4\""
     );
     Err(Error::file(request.path, reason))
 }
@@ -133,13 +130,10 @@ fn opened(request: &mut Request) -> Result<Hdf5File> {
         .with_filter_registry(filters::registry(most));
     let source = std::mem::replace(&mut request.source, Box::new(std::io::empty()));
     let file = Hdf5File::from_storage_with_options(Source::shared(source, request.length), options);
-    let file = file.map_err(|e| Error::file(request.path, format!("is no HDF5 file that can be read: {e}")))?;
+    let file = file.map_err(|e| Error::file(request.path, format!("is not a readable HDF5 file: {e}")))?;
     let stated = file.superblock().eof_address;
     if stated > request.length {
-        return Err(Error::file(
-            request.path,
-            format!("is truncated: it has {stated} bytes by its superblock, {} are there", request.length),
-        ));
+        return Err(Error::file(request.path, format!("is truncated: its superblock states {stated} bytes, {} found", request.length)));
     }
     Ok(file)
 }
@@ -163,7 +157,7 @@ struct Listing {
 fn unreadable(error: &hdf5_reader::error::Error) -> String {
     match cause(error) {
         hdf5_reader::error::Error::UnsupportedLayoutClass(3) => {
-            "is a virtual dataset, which is not read; read the files that it is made of, or copy it with \"h5repack -l CONTI\"".into()
+            "is a virtual dataset, which is unsupported; read its source files, or copy it with \"h5repack -l CONTI\"".into()
         }
         other => other.to_string(),
     }
@@ -185,11 +179,11 @@ fn datasets(file: &Hdf5File) -> std::result::Result<Listing, String> {
         if !seen.insert(group.address()) || groups.len() > DEEPEST {
             return Ok(());
         }
-        let unlisted = |e| format!("group \"{path}/\" cannot be listed, name a dataset with array = \"...\": {e}");
+        let unlisted = |e| format!("group \"{path}/\" cannot be listed; select a dataset with array = \"...\": {e}");
         let (inner, names) = group.member_names().map_err(unlisted)?;
         for name in names {
             if listing.found.len() + listing.unreadable.len() == MOST {
-                return Err(format!("holds more than {MOST} datasets: name one with array = \"...\""));
+                return Err(format!("has more than {MOST} datasets; select one with array = \"...\""));
             }
             let path = format!("{path}/{name}");
             match group.dataset(&name) {
@@ -206,7 +200,7 @@ fn datasets(file: &Hdf5File) -> std::result::Result<Listing, String> {
         }
         Ok(())
     }
-    let root = file.root_group().map_err(|e| format!("has no root group that can be read: {e}"))?;
+    let root = file.root_group().map_err(|e| format!("has no readable root group: {e}"))?;
     let mut listing = Listing::default();
     within(&[root], "", &mut BTreeSet::new(), &mut listing)?;
     listing.found.sort_by(|a, b| a.path.cmp(&b.path));
@@ -216,11 +210,11 @@ fn datasets(file: &Hdf5File) -> std::result::Result<Listing, String> {
 /// The dataset at a path such as "/gas/density".
 fn named(file: &Hdf5File, name: &str) -> std::result::Result<Found, String> {
     let parts: Vec<&str> = name.split('/').filter(|part| !part.is_empty()).collect();
-    let mut groups = vec![file.root_group().map_err(|e| format!("has no root group that can be read: {e}"))?];
+    let mut groups = vec![file.root_group().map_err(|e| format!("has no readable root group: {e}"))?];
     let missing = |reason: String| match datasets(file) {
         Ok(Listing { found: all, .. }) => {
             let near = nearest(name, all.iter().map(|found| found.path.as_str())).map(|near| format!("did you mean \"{near}\"? "));
-            format!("has no dataset \"{name}\" ({reason}): {}it holds {}", near.unwrap_or_default(), listed(&all))
+            format!("has no dataset \"{name}\" ({reason}): {}it has {}", near.unwrap_or_default(), listed(&all))
         }
         Err(_) => format!("has no dataset \"{name}\": {reason}"),
     };
@@ -246,11 +240,11 @@ fn only(file: &Hdf5File) -> std::result::Result<Found, String> {
         [] if all.is_empty() && unreadable.is_empty() => Err("holds no datasets".into()),
         [] => {
             let broken = unreadable.iter().map(|(path, reason)| format!("; \"{path}\" {reason}")).collect::<String>();
-            Err(format!("holds no dataset of real numbers with three axes; it holds {}{broken}", listed(&all)))
+            Err(format!("has no dataset of real numbers with three axes; it has {}{broken}", listed(&all)))
         }
         _ => {
             let able: Vec<String> = able.iter().map(|i| format!("\"{}\"", all[*i].path)).collect();
-            Err(format!("holds {} datasets of three axes ({}); name one with array = \"...\"", able.len(), few(&able)))
+            Err(format!("has {} datasets of three axes ({}); select one with array = \"...\"", able.len(), few(&able)))
         }
     }
 }
@@ -279,16 +273,16 @@ fn long_axes(shape: &[u64]) -> Vec<usize> {
 /// The type of a dataset's numbers, or what is wrong with it.
 fn stored(dataset: &Dataset) -> std::result::Result<Stored, String> {
     let stored = slabs::stored(dataset.dtype());
-    let stored = stored.ok_or_else(|| format!("holds {}, which are not read; write floats of 4 or 8 bytes", name_of(dataset.dtype())))?;
+    let stored = stored.ok_or_else(|| format!("has {}, which are unsupported; write floats of 4 or 8 bytes", name_of(dataset.dtype())))?;
     // Numbers may be laid out in any way within their bytes; those of IEEE 754, and whole ones that fill them, are read.
     let message = dataset.raw_datatype().map_err(|e| e.to_string())?;
     let bits = 8 * stored.size() as u8;
     let (expected, others) = match stored.kind {
-        Number::Float(size) => (ieee_754(size).to_vec(), "floats that are not those of IEEE 754"),
-        _ => (vec![0, 0, bits, 0], "whole numbers that do not fill their bytes"),
+        Number::Float(size) => (ieee_754(size).to_vec(), "floats other than IEEE 754"),
+        _ => (vec![0, 0, bits, 0], "integers with padding bits"),
     };
     if message.get(LAYOUT..).is_none_or(|own| !own.starts_with(&expected)) {
-        return Err(format!("holds {others} ({} bytes), which are not read; write floats of 4 or 8 bytes", stored.size()));
+        return Err(format!("has {others} ({} bytes), which are unsupported; write floats of 4 or 8 bytes", stored.size()));
     }
     Ok(stored)
 }
@@ -311,14 +305,14 @@ fn ieee_754(size: usize) -> [u8; 12] {
 /// A type in words.
 fn name_of(kind: &Datatype) -> String {
     match kind {
-        Datatype::FixedPoint { size, .. } => format!("whole numbers of {size} bytes"),
+        Datatype::FixedPoint { size, .. } => format!("integers of {size} bytes"),
         Datatype::FloatingPoint { size, .. } if *size > 8 => format!("floats of {size} bytes (long double)"),
         Datatype::FloatingPoint { size, .. } => format!("floats of {size} bytes"),
         Datatype::String { .. } => "texts".into(),
         Datatype::Compound { .. } => "records (a compound type)".into(),
         Datatype::Array { .. } => "arrays".into(),
         Datatype::Enum { .. } => "enumerated values (such as bool of h5py)".into(),
-        Datatype::VarLen { .. } => "lists of any length".into(),
+        Datatype::VarLen { .. } => "lists of variable length".into(),
         Datatype::Opaque { .. } => "opaque bytes".into(),
         Datatype::Reference { .. } => "references".into(),
         Datatype::Bitfield { .. } => "bit fields".into(),

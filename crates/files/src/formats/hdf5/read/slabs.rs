@@ -108,7 +108,7 @@ impl<T: Kept> H5Type for Value<T> {
         if let Some(stored) = stored(kind) {
             stored.decode(bytes, |v| value = Some(Self(v)));
         }
-        value.ok_or_else(|| hdf5_reader::error::Error::InvalidData("a value is no number".into()))
+        value.ok_or_else(|| hdf5_reader::error::Error::InvalidData("a value is not a number".into()))
     }
 
     fn element_size(kind: &Datatype) -> usize {

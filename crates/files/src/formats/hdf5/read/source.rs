@@ -29,7 +29,7 @@ impl Storage for Source {
     fn read_range(&self, offset: u64, length: usize) -> hdf5_reader::error::Result<StorageBuffer> {
         if offset.checked_add(length as u64).is_none_or(|end| end > self.length) {
             let message = format!(
-                "it points to bytes {offset} to {} of {}: it is truncated or broken",
+                "it points to bytes {offset} to {} of {}: the file is truncated or corrupt",
                 offset.saturating_add(length as u64),
                 self.length
             );
