@@ -162,7 +162,7 @@ fn the_processor_sweeps_what_a_device_cannot() {
         [(&small, Control::default(), "this device supports at most 1048576"), (&lost, takes_away, "the device failed")]
     {
         let (volumes, words) = plan(Some(gpu), &control);
-        assert!(words.contains(&format!("swept on cpu ({}: ", gpu.name())) && words.contains(why), "{words}");
+        assert!(words.contains(&format!("computed on cpu ({}: ", gpu.name())) && words.contains(why), "{words}");
         assert!(volumes == truth);
     }
     assert!(*hits.lock().unwrap() > 0);

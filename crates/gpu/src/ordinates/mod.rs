@@ -132,7 +132,7 @@ impl Buffers {
         let limits = gpu.device.limits();
         let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let instead = "use the processor";
-        GpuError::too_large("light in cells, in bytes,", moments.max(kept), room, instead)?;
+        GpuError::too_large("the size of light in cells in bytes", moments.max(kept), room, instead)?;
         GpuError::too_large("the number of cells", cells.lattice.cells() as u64, (MAX_GROUPS * WORKGROUP / WIDTH) as u64, instead)?;
         // Every plane's numbers stand where a device may begin to read.
         let apart = (limits.min_uniform_buffer_offset_alignment as usize).max(size_of::<PlaneNumbers>());
