@@ -242,7 +242,7 @@ HDF5 = [
     ("scales", h5(write=scales), [], A),
     ("scales-turned", h5(A.T, write=partial(scales, names="zyx", places=(Z, Y, X))), [], A),
     ("scales-backwards", h5(A[::-1], write=partial(scales, places=(X[::-1], Y, Z))), [], A),
-    ("scales-uneven", h5(write=partial(scales, places=(X**3, Y, Z))), [], "not uniform"),
+    ("scales-uneven", h5(write=partial(scales, places=(X**3, Y, Z))), [], "unequal steps"),
     ("scales-furlongs", h5(write=partial(scales, unit="furlong")), [], "furlong"),
     ("fill-value", h5(TWO_BYTES, _FillValue=np.int16(-999), scale_factor=1 / 64), [*BOX, "--clip"], without(A, (1, 2, 3))),
     ("fill-value-not-clipped", h5(TWO_BYTES, _FillValue=np.int16(-999), scale_factor=1 / 64), BOX, "clip"),
