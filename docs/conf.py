@@ -9,13 +9,13 @@ project = "Barnard"
 author = "The Barnard developers"
 copyright = "the Barnard developers, MIT or Apache-2.0"
 release = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
-extensions = ["myst_parser", "sphinx_design", "sphinx_copybutton", "sphinx.ext.intersphinx"]
+extensions = ["myst_parser", "sphinx_design", "sphinx_copybutton"]
 exclude_patterns = ["notebooks", "requirements.txt"]
 nitpicky = True
 
 # Headings have the anchors that GitHub gives them.
 myst_heading_anchors = 4
-myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "html_image"]
+myst_enable_extensions = ["colon_fence", "html_image"]
 
 html_theme = "furo"
 html_title = f"Barnard {release}"
@@ -26,7 +26,6 @@ html_copy_source = False
 html_show_sphinx = False
 pygments_style = "friendly"
 pygments_dark_style = "monokai"
-copybutton_exclude = ".linenos, .gp, .go"
 
 
 def links_within_the_site(app, docname, source):

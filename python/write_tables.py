@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import textwrap
 import types
@@ -115,7 +116,7 @@ def titled(name: str) -> str:
 
 def sentence(text: str) -> str:
     text = text.strip().rstrip(".")
-    return text[:1].upper() + text[1:] + "."
+    return (text if re.match(r"(?!a\b)\w\b|\w+_", text) else text[:1].upper() + text[1:]) + "."
 
 
 def wrapped(text: str, indent: str) -> str:

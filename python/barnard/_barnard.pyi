@@ -14,15 +14,15 @@ KindRow = tuple[str, str, list[KeyRow]]
 CertificateRow = tuple[str, float, float, float]
 
 class BarnardError(Exception):
-    """Something that Barnard could not do; the message says what would be right."""
+    """Base class of all errors. A message has the problem, its location and the remedy."""
 
 class SceneError(BarnardError):
-    """Something in a scene is wrong: `key` is its place, such as `star[2].temperature`, where there is one."""
+    """A scene is invalid. `key` is the location, such as `star[2].temperature`, if there is one."""
 
     key: str
 
 class MemoryLimitError(BarnardError):
-    """Something would take more memory than `memory` allows."""
+    """An array, grid or image would exceed the memory limit of the scene."""
 
 class DeviceError(BarnardError):
     """A graphics processor could not be used."""

@@ -154,15 +154,15 @@ def map(
     render : callable
         From an item to an `Image`, such as `scene.render` for cameras, or `lambda scene: scene.render()` for scenes.
     items : iterable, or dictionary by key
-        What is rendered; without keys items are numbered from 0.
+        Items to render. Items without keys are numbered from 0.
     client : dask.distributed.Client
     files : text
-        The path of each file, formatted with the item's key, or with the parts of a key that is a tuple; the extension
-        says how it is written. All workers must see the folder.
+        Path of each file, formatted with the key of the item (tuples as several values); the extension selects the
+        format. All workers must see the folder.
     overwrite : bool, default False
-        Whether files that are there are made anew.
+        Render existing files again.
     threads : int, optional
-        Threads of a worker; as many as its machine has cores for each of its workers where it is not said.
+        Threads per worker. Default: the cores of its machine divided by the workers on it.
     timeout : number, default 60
         Time to wait for the first worker [s].
     progress : bool or callable (done, all), default True
@@ -175,7 +175,7 @@ def map(
     Raises
     ------
     BarnardError
-        Where Dask is not installed, no worker comes, or two items have the same file.
+        If Dask is not installed, no worker starts in time, or two items have the same file.
     """
     _check_installed()
     import cloudpickle

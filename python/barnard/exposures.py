@@ -22,7 +22,7 @@ class Exposures:
         self._native, self._bands, self._made = native, bands, made
 
     def __reduce__(self):
-        """The picture and the instrument; whoever reads the pickle observes it again, with the same counts."""
+        """Picture and instrument; unpickling repeats the observation, with the same counts."""
         return Image.observe, self._made
 
     def __len__(self) -> int:
@@ -48,57 +48,57 @@ class Exposures:
         Parameters
         ----------
         number : integer
-            From 0 to below the number of frames.
+            Index of the frame, from 0.
 
         Returns
         -------
         dictionary of arrays, height × width, uint16
-            The first row on top [ADU].
+            Counts, first row on top [ADU].
 
         Raises
         ------
         IndexError
-            Where there is no such frame.
+            If the frame does not exist.
         """
         return self._native.frame(self._number(number))
 
     def mean(self, band: str) -> np.ndarray:
-        """Electrons that pixels gather in a frame on the average, without cosmic rays: of the picture, the sky and the dark.
+        """Expected electrons per pixel and frame from picture, sky and dark current, without cosmic rays.
 
         Returns
         -------
         array, height × width, float64
-            The first row on top [e].
+            Electrons, first row on top [e].
 
         Raises
         ------
         KeyError
-            Where there is no such passband.
+            If the passband is unknown.
         """
         if band not in self._bands:
             raise KeyError(f"unknown passband {band}; known: {', '.join(self._bands)}")
         return self._native.mean(self._bands.index(band))
 
     def write_frame(self, number: int, path: str | os.PathLike) -> None:
-        """Writes a frame as a FITS file of unsigned 16-bit integers, whole or not at all.
+        """Writes a frame completely or not at all, as a FITS file of unsigned 16-bit integers.
 
         Raises
         ------
         IndexError
-            Where there is no such frame.
+            If the frame does not exist.
         BarnardError
-            Where the file cannot be written, or its name does not end with .fits.
+            If the name does not end with .fits, or the file cannot be written.
         """
         self._native.write_frame(self._number(number), os.fspath(Path(path)))
 
     def master(self, *, progress: bool | Listener | None = None) -> Image:
-        """All frames, calibrated and combined.
+        """Calibrates and combines all frames.
 
         Returns
         -------
         Image
-            Radiances [W m-2 sr-1], a band NAME_error of standard errors for each, and `layers["mask"]`, bands × height × width:
-            1 where a frame was saturated, 2 where one was rejected, 4 where none is good.
+            Radiances [W m-2 sr-1], their standard errors as bands NAME_error, and `layers["mask"]`, bands × height × width:
+            1 if a frame is saturated, 2 if a frame was rejected, 4 if no frame is valid.
 
         Raises
         ------

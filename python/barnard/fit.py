@@ -21,10 +21,24 @@ if TYPE_CHECKING:
 class Fit:
     """Result of a fit; `FitModel.fit` and `Scene.fit` make it.
 
-    `values`, `sigma` and `floor` are dictionaries by key, in the units that the scene writes (`units`): the value, its standard error, and by
-    how much it may be wrong at most since the model has an error of its own. `covariance` is an array in the order of the keys. `chi2` is the sum
-    over `pixels` data, `linear` says in which keys the model is linear, `degenerate` which keys the data do not tell apart, `bounded` which ended
-    at a bound, `converged` whether steps became small, `pictures` how many were made.
+    Attributes
+    ----------
+    values, sigma, floor : dictionaries of numbers by key
+        Best value, standard error, and largest effect of the model's own error, in `units`.
+    units : dictionary of texts by key
+        Units of the keys in the scene.
+    covariance : array, keys × keys
+    chi2, pixels : number, integer
+        Chi-squared, and the number of data.
+    linear : dictionary of booleans by key
+        True for keys in which the model is linear.
+    degenerate, bounded : lists of keys
+        Keys that the data do not distinguish, and keys at a bound.
+    converged : boolean
+    pictures : integer
+        Number of pictures rendered.
+    residuals : list of Image
+        Data minus model per image, with standard errors; NaN for ignored pixels.
     """
 
     def __init__(self, keys: list[str], units: list[str], found: dict[str, Any]):
@@ -41,14 +55,13 @@ class Fit:
         self.converged: bool = found["converged"]
         self.degenerate: list[str] = [keys[i] for i in found["degenerate"]]
         self.bounded: list[str] = [keys[i] for i in found["bounded"]]
-        #: Data less model of each image, with standard errors; NaN where pixels do not count.
         self.residuals: list[Image] = [Image(own) for own in found["residuals"]]
         if found["chi2_warning"]:
             warnings.warn(found["chi2_warning"], stacklevel=4)
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom: pixels less parameters."""
+        """Degrees of freedom: data minus free keys."""
         return self.pixels - len(self.keys)
 
     def __repr__(self) -> str:
@@ -57,24 +70,28 @@ class Fit:
 
 
 class FitModel:
-    """A scene as the model of observed images; `Scene.fit_model` makes it. Other programs may drive it, such as scipy and emcee.
+    """A scene as a model of observed images, made by `Scene.fit_model`, for its own fit or for scipy, emcee and other samplers.
 
-    `keys`, `units`, `bounds` and `start` tell the free numbers, `data` the pixels that count, one after the other.
-
-    Where light scatters once, predictions are smooth to double precision, and differences of any step work. Where it scatters more often
-    they are rounded to single precision: give `diff_step` or `jacobian` to what takes differences.
+    With single scattering, predictions are smooth to double precision, so finite differences of any step work. With multiple
+    scattering they have single precision: pass `diff_step` or `jacobian` to optimisers.
 
     >>> model = scene.fit_model("star[0].luminosity, dust.scale=0.5..5", "master.fits")
     >>> scipy.optimize.least_squares(model.residuals, model.start, jac=model.jacobian, x_scale=model.x_scale)
 
-    Models can be pickled and copied: whoever reads the pickle reads the images again.
+    Models can be pickled and copied; unpickling reads the images again.
 
     Attributes
     ----------
+    keys, units : lists of texts
+        Free keys of the scene, and their units.
+    bounds, start : lists
+        (low, high) and start value of each key.
+    data : array
+        All valid pixels of all images, in one dimension.
     diff_step : number
-        A relative step for differences, by which rounding and curvature cost alike: the cube root of what predictions are rounded by.
+        Relative step for finite differences, which balances rounding and curvature: the cube root of the rounding error.
     x_scale : array
-        What each free number is measured by: its value at the start, or the width of its bounds where that is zero.
+        Scale of each key: its start value, or the width of its bounds if that is zero.
     """
 
     def __init__(self, native: Any, made: tuple[Any, ...]):
@@ -92,7 +109,7 @@ class FitModel:
         return _remade, self._made
 
     def _numbers(self, values: Sequence[float]) -> list[float]:
-        """One number for each key."""
+        """Values as one number per key."""
         if len(values) != len(self.keys):
             raise ValueError(f"{len(values)} values for {len(self.keys)} keys: {', '.join(self.keys)}")
         return [float(value) for value in values]
@@ -103,23 +120,23 @@ class FitModel:
         Parameters
         ----------
         values : sequence of numbers
-            One for each key, in its unit.
+            One per key, in its unit.
 
         Returns
         -------
         two arrays like `data`
-            In the unit of the scene's observation. Standard errors are those of the scene's instrument, or of the files where it has none.
+            In the unit of the scene's observation. Standard errors come from the scene's instrument, otherwise from the files.
 
         Raises
         ------
         SceneError
-            Where the values cannot be.
+            If the values are invalid.
         """
         mean, sigma = self._native.predict(self._numbers(values))
         return mean, sigma
 
     def residuals(self, values: Sequence[float]) -> np.ndarray:
-        """Data less model in standard errors; infinite, with a warning, where the values cannot be, so that searches turn back."""
+        """Data minus model in standard errors; infinite, with a warning, for invalid values."""
         try:
             return self._residuals(values)
         except _barnard.SceneError as error:
@@ -131,12 +148,12 @@ class FitModel:
         return (self.data - mean) / sigma
 
     def jacobian(self, values: Sequence[float]) -> np.ndarray:
-        """Derivatives of `residuals`: exact, but for rounding, by what the model is linear in, by differences of second order otherwise.
+        """Derivatives of `residuals`: second-order differences, exact up to rounding for linear keys.
 
         Parameters
         ----------
         values : sequence of numbers
-            One for each key, in its unit.
+            One per key, in its unit.
 
         Returns
         -------
@@ -145,7 +162,7 @@ class FitModel:
         Raises
         ------
         SceneError
-            Where the values, or those a step within the bounds, cannot be.
+            If the values, or values one step away within the bounds, are invalid.
         """
         here = self._numbers(values)
         steps = self.diff_step * np.maximum(np.abs(here), 1e-3 * self.x_scale)
@@ -164,7 +181,7 @@ class FitModel:
         return np.stack(columns, axis=1)
 
     def log_likelihood(self, values: Sequence[float]) -> float:
-        """The logarithm of the probability of the data, normal noise; minus infinity beyond the bounds, and where values cannot be."""
+        """Logarithm of the likelihood, for normal noise; minus infinity for values that are invalid or out of bounds."""
         values = self._numbers(values)
         if any(not low <= value <= high for value, (low, high) in zip(values, self.bounds)):
             return -np.inf
@@ -175,18 +192,18 @@ class FitModel:
         return float(-0.5 * np.sum(((self.data - mean) / sigma) ** 2 + np.log(2 * np.pi * sigma**2)))
 
     def fit(self, start: Sequence[float] | None = None, *, progress: bool | Listener | None = None) -> Fit:
-        """The values where the data are most probable: linear ones are solved inside, the others by Levenberg-Marquardt.
+        """Maximum-likelihood values by variable projection: linear keys are solved exactly, the others by Levenberg-Marquardt.
 
         Parameters
         ----------
         start : sequence of numbers, optional
-            Where it begins, in place of what the scene says.
+            Start values. Default: the values of the scene.
         progress : true or callable (stage, done, all), optional
 
         Raises
         ------
         SceneError
-            Where the data do not depend on a key, or values cannot be.
+            If the data do not depend on a key, or values are invalid.
         KeyboardInterrupt
             After Ctrl-C.
         """
@@ -197,10 +214,10 @@ class FitModel:
 
 #: An image: a FITS file, a picture, or an array of all bands.
 Pixels = str | os.PathLike | Image | np.ndarray
-#: One image, or images, each by itself or with what its scene has in place of the common one.
+#: One image, or several, each alone or with overrides of its scene.
 Images = Pixels | Sequence[Pixels | tuple[Pixels, Mapping[str, Any]]]
 
-#: What an image in memory has beside what its scene has.
+#: Keys of an image in memory that are not keys of a scene.
 BESIDE = ("sigma", "mask")
 
 
@@ -223,7 +240,7 @@ def _source(number: int, image: Any, beside: dict[str, Any]) -> Any:
 
 
 def _planes(array: Any, name: str, shape: tuple[int, ...] | None) -> np.ndarray:
-    """Numbers of bands × height × width, those of a shape where there is one."""
+    """Numbers of bands × height × width, broadcast to a shape if one is given."""
     array = np.asarray(np.ma.filled(array, np.nan) if np.ma.isMaskedArray(array) else array, dtype=np.float64)
     if shape is not None:
         try:
@@ -237,7 +254,7 @@ def _planes(array: Any, name: str, shape: tuple[int, ...] | None) -> np.ndarray:
 
 
 def observations(images: list[tuple[Any, Mapping[str, Any]]], empty: Any, beside: dict[str, Any], assumed: tuple[bool, ...]) -> list[tuple[Any, dict[str, Any], tuple[bool, ...]]]:
-    """Each image as its source, a tree and what is assumed of it; `empty` makes a scene of keywords."""
+    """Source, tree of overrides and assumptions of each image; `empty` makes a scene from keywords."""
     found = []
     for number, (image, parts) in enumerate(images):
         own = {name: parts.get(name, value) for name, value in beside.items()}
@@ -246,7 +263,7 @@ def observations(images: list[tuple[Any, Mapping[str, Any]]], empty: Any, beside
     return found
 
 
-#: What an image may leave unsaid.
+#: Metadata that may be assumed.
 UNSAID = ("unit", "place")
 
 
@@ -265,7 +282,7 @@ def model_of(scene: Scene, free: str, images: Images, beside: dict[str, Any], as
 
 
 def _pairs(images: Images) -> list[tuple[Any, Mapping[str, Any]]]:
-    """Each image with what its scene has in place of the common one; paths are absolute, so that a pickle finds its files from elsewhere."""
+    """Images with their overrides; paths are absolute, so that a pickle works in any folder."""
     if isinstance(images, (str, os.PathLike, Image)) or hasattr(images, "__array__"):
         images = [images]
     pairs = [image if isinstance(image, tuple) else (image, {}) for image in images]

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class Image:
-    """A rendered picture: linear band radiances, and what is stated of them.
+    """A rendered picture: linear band radiances with their errors.
 
-    `image["V"]` is one band. In a notebook an image shows itself in the palette and stretch of its scene. Images pickle and copy, without
-    the volumes of their scenes.
+    `image["V"]` is one band. Notebooks show an image in the palette and stretch of its scene. Images can be pickled and
+    copied, without the volumes of their scenes.
 
     Attributes
     ----------
@@ -62,9 +62,9 @@ class Image:
     def layers(self) -> dict[str, np.ndarray]:
         """Layers of the picture, if requested by `[output] layers`; otherwise empty.
 
-        `scattered`, `emission.NAME`, `background` and `stars` are bands × height × width [W m-2 sr-1], and their sum is `radiance`;
-        `depth` is height × width, the mean distance of the light of dust and gas [pc], infinite where there is none; `tau` is height ×
-        width, the optical depth of all dust at V [1]. The master of an instrument has `mask`, bands × height × width: see `Exposures.master`.
+        `scattered`, `emission.NAME`, `background` and `stars` are bands × height × width [W m-2 sr-1]; their sum is
+        `radiance`. `depth` is height × width: mean distance of the light of dust and gas [pc], infinite without such light.
+        `tau` is height × width: optical depth of all dust at V [1]. Masters of instruments have `mask`; see `Exposures.master`.
         """
         if self._layers is None:
             self._layers = self._native.layers
@@ -77,15 +77,15 @@ class Image:
         return np.array(self.radiance, dtype=dtype, copy=True if copy is None else copy)
 
     def __getitem__(self, band: str) -> Any:
-        """The radiances of a band, height × width [W m-2 sr-1]: a Quantity where astropy is installed, an array otherwise.
+        """Radiances of a band, height × width [W m-2 sr-1]: a Quantity if astropy is installed, otherwise an array.
 
-        A name may be short where only one band is meant: "V" for "johnson-V", "F656N" for "hst-wfc3-f656n". The Quantity can be turned into mean radiances for each wavelength or frequency, as maps have them, such as by
-        `image["V"].to("MJy/sr")`: ∫ R I_λ dλ / ∫ R dλ, and that times λ_pivot²/c.
+        Unambiguous short names are accepted: "V" for "johnson-V", "F656N" for "hst-wfc3-f656n". The Quantity converts to
+        mean spectral radiances, such as `image["V"].to("MJy/sr")`: ∫ R I_λ dλ / ∫ R dλ, times λ_pivot²/c for units per frequency.
 
         Raises
         ------
         KeyError
-            Where the image has no such band.
+            If the band is unknown or ambiguous.
         """
         number = self._number(band)
         values = self.radiance[number]
@@ -153,8 +153,8 @@ class Image:
     def wcs(self) -> Any:
         """World coordinates of the pixels of this object's arrays, an astropy WCS; needs astropy.
 
-        Rows count from above, as in `radiance` and `image["V"]`: `image.wcs.pixel_to_world(column, row)` is the place of
-        `image["V"][row, column]`. The headers of `hdus` and of FITS files count rows from below, as their arrays do.
+        Rows count from the top, as in `radiance` and `image["V"]`: `image.wcs.pixel_to_world(column, row)` is the position
+        of `image["V"][row, column]`. Headers of `hdus` and FITS files count rows from the bottom, as their arrays do.
         """
         from astropy.wcs import WCS
 
@@ -167,8 +167,7 @@ class Image:
     def to_xarray(self) -> Any:
         """An xarray DataArray with dims band, y, x, and the unit in its attributes; needs xarray.
 
-        y and x count from the axis of view, the middle of an image that is no part of another, in degrees, or in pc under
-        an orthographic camera; y grows upwards.
+        y (upwards) and x are relative to the optical axis, in degrees, or in pc for orthographic cameras.
         """
         import xarray
 

@@ -22,27 +22,27 @@ class AccuracyWarning(UserWarning):
 
 
 class PlanError(_barnard.BarnardError):
-    """A plan was used after its scene changed; `key` is what changed."""
+    """Use of a plan after its scene changed; `key` is the changed key."""
 
     key: str
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """The largest error of a spectral rule for one light in one passband, arithmetic included."""
+    """Largest error of a spectral rule for one light in one passband, including arithmetic."""
 
     #: The name of the light.
     light: str
-    #: The error as a part of the light without dust, F(0).
+    #: Error relative to the unattenuated light F(0).
     absolute: float
-    #: The error as a part of the light that is left, F(a).
+    #: Error relative to the attenuated light F(a).
     relative: float
-    #: The largest optical depth at V for which both hold.
+    #: Largest optical depth at V for which both are valid.
     depth: float
 
 
 def certificates(bands: list[str], rows: list[list[tuple[str, float, float, float]]]) -> dict[str, list[Certificate]]:
-    """Certificates by passband, one for each light that shines in it."""
+    """Certificates by passband, one per light in it."""
     return {band: [Certificate(*row) for row in of_band] for band, of_band in zip(bands, rows)}
 
 
@@ -86,7 +86,7 @@ class Plan:
 
     @property
     def misses_accuracy(self) -> bool:
-        """True if pilot rays found a larger error than was asked for."""
+        """True if pilot rays found a larger error than requested."""
         return self._plan.misses_accuracy
 
     @property
@@ -99,7 +99,7 @@ class Plan:
 
     @property
     def camera(self) -> Camera:
-        """The camera that it was made for."""
+        """Camera of the plan."""
         return table_of(Camera, self._tree["camera"], "camera")
 
     @property
@@ -107,7 +107,7 @@ class Plan:
         return dict(self._plan.notes)
 
     def __reduce__(self):
-        """Its scene; whoever reads the pickle plans it anew, with the same bits."""
+        """The scene; unpickling plans it again, with the same bits."""
         self._check(self._tree.get("camera"))
         return _planned, (self._owner, self._tree.get("camera"), self._backend)
 

@@ -415,7 +415,7 @@ class Scene:
         Raises
         ------
         SceneError
-            Those of `fit_model`, and if the data do not depend on a key.
+            Errors of `fit_model`, and if the data do not depend on a key.
         KeyboardInterrupt
             After Ctrl-C.
         """

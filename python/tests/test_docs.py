@@ -41,11 +41,15 @@ def page_name(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
-def blocks(path: Path, language: str) -> list[tuple[str, str, str]]:
-    """Blocks of a language: info string, text, and the text before it."""
+def blocks(path: Path) -> list[tuple[str, str, str]]:
+    """Code blocks of a page: info string, text, and the paragraph before it."""
     page = path.read_text(encoding="utf-8")
-    found = [(m[1], m[2], page[: m.start()].rstrip().rsplit("\n\n", 1)[-1]) for m in BLOCK.finditer(page)]
-    return [block for block in found if block[0].split(" ")[0] == language]
+    return [(m[1], m[2], page[: m.start()].rstrip().rsplit("\n\n", 1)[-1]) for m in BLOCK.finditer(page)]
+
+
+def texts(path: Path, info: str) -> list[str]:
+    """Texts of the code blocks with an info string."""
+    return [text for found, text, _ in blocks(path) if found == info]
 
 
 def whole(part: str) -> str:
@@ -80,29 +84,28 @@ def folder(tmp_path, monkeypatch):
     command.chmod(0o755)
     monkeypatch.setenv("PATH", f"{command.parent}{os.pathsep}{os.environ['PATH']}")
     subprocess.run([command, "convert", "cloud.npy", "smoke.vdb", "--voxel", "0.1 pc"], check=True, capture_output=True)
-    [(_, scene, _)] = blocks(ROOT / "docs" / "tutorials" / "first-nebula.md", "toml")
+    [scene] = texts(ROOT / "docs" / "tutorials" / "first-nebula.md", "toml")
     Path("scene.toml").write_text(scene.replace("[512, 512]", "[64, 64]"))
     return tmp_path
 
 
-def with_blocks(language, chosen=lambda info: True):
-    return [pytest.param(path, id=page_name(path)) for path in PAGES if any(chosen(info) for info, _, _ in blocks(path, language))]
+def pages(info: str):
+    """Parameters of a test: pages with such blocks."""
+    return [pytest.param(path, id=page_name(path)) for path in PAGES if texts(path, info)]
 
 
-@pytest.mark.parametrize("path", with_blocks("toml"))
+@pytest.mark.parametrize("path", pages("toml"))
 def test_toml_blocks_are_scenes(path, folder):
-    for _, text, _ in blocks(path, "toml"):
+    for text in texts(path, "toml"):
         bn.Scene.from_toml(whole(text))
         with pytest.raises(bn.SceneError):
             bn.Scene.from_toml(whole(text) + "\n[surely_unknown]\n")
 
 
-@pytest.mark.parametrize("path", with_blocks("sh", lambda info: info.endswith(" run")))
+@pytest.mark.parametrize("path", pages("sh run"))
 def test_shell_blocks_run(path, folder):
-    page, known = path.read_text(encoding="utf-8"), {}
-    for match in BLOCK.finditer(page):
-        info, text = match[1], match[2]
-        before = page[: match.start()].rstrip().rsplit("\n\n", 1)[-1]
+    known = {}
+    for info, text, before in blocks(path):
         if name := SAVED.search(before):
             Path(name[1]).write_text(text)
         elif info == "sh run":
@@ -146,7 +149,7 @@ def names(path: Path) -> dict:
     return base
 
 
-@pytest.mark.parametrize("path", [p for p in with_blocks("python", lambda info: info == "python") if p.id not in ("docs/tutorials/own-data.md",)])
+@pytest.mark.parametrize("path", [page for page in pages("python") if page.id != "docs/tutorials/own-data.md"])
 def test_python_blocks_run(path, folder, monkeypatch):
     jobqueue = pytest.importorskip("dask_jobqueue")
     dask_array = pytest.importorskip("dask.array")
@@ -169,14 +172,12 @@ def test_python_blocks_run(path, folder, monkeypatch):
     known = names(path)
     if path.name == "observing.md":
         known["scene"].render().observe().master().write("master.fits")
-    for info, text, _ in blocks(path, "python"):
-        if info == "python":
-            text = text.replace("2**7", "1").replace(", 2048)", ", 48)")
-            exec(compile(text, page_name(path), "exec"), known)
+    for text in texts(path, "python"):
+        text = text.replace("2**7", "1").replace(", 2048)", ", 48)")
+        exec(compile(text, page_name(path), "exec"), known)
 
 
 def test_blocks_have_a_language_that_is_checked():
-    unknown = {(page_name(path), info) for path in PAGES for info, _, _ in
-               [(m[1], m[2], "") for m in BLOCK.finditer(path.read_text(encoding="utf-8"))]
-               if info.split(" ")[0] not in ("", "toml", "sh", "bash", "python", "rust", "text", "yaml", "csv") and not info.startswith("{")}
-    assert not unknown
+    languages = {"", "toml", "sh", "bash", "python", "rust", "text", "yaml", "csv"}
+    infos = {(page_name(path), info) for path in PAGES for info, _, _ in blocks(path)}
+    assert not {(page, info) for page, info in infos if info.split(" ")[0] not in languages and not info.startswith("{")}

@@ -11,7 +11,7 @@ use crate::scene::Scene;
 /// Renders `scene` on all cores of the processor, by its own method to its own accuracy.
 ///
 /// # Errors
-/// Those of [`Scene::check`], more memory than [`Options`] allow, and what the scene's method cannot do.
+/// Errors of [`Scene::check`], more memory than [`Options`] allow, and what the scene's method cannot do.
 pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     render_with(scene, options, &Control::default())
 }
@@ -19,7 +19,7 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
 /// Renders like [`render`], while `control` hears of progress and can stop the work.
 ///
 /// # Errors
-/// Those of [`render`], and [`Interrupted`](crate::Error::Interrupted).
+/// Errors of [`render`], and [`Interrupted`](crate::Error::Interrupted).
 pub fn render_with(scene: &Scene, options: &Options, control: &Control) -> Result<Image> {
     Ok(Cpu.render(&Job::new(scene, options)?, control)?.0)
 }

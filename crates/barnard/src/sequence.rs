@@ -77,7 +77,7 @@ impl Sequence {
     /// The scene at a moment \[s\].
     ///
     /// # Errors
-    /// Those of [`Scene::from_properties`]; the moment is said.
+    /// Errors of [`Scene::from_properties`]; the moment is said.
     pub fn scene(&self, time: f64) -> Result<Scene> {
         Follower::new(self).scene(time, &Control::default())
     }
@@ -85,7 +85,7 @@ impl Sequence {
     /// Scene at a moment \[s\]: a tree without animation.
     ///
     /// # Errors
-    /// Those of [`Timeline::at`].
+    /// Errors of [`Timeline::at`].
     pub fn tree(&self, time: f64) -> Result<Table> {
         self.timeline.at(&self.tree, time)
     }
@@ -133,7 +133,7 @@ impl Follower {
     /// The scene at a moment \[s\].
     ///
     /// # Errors
-    /// Those of [`Scene::from_properties`]; the moment is said. And once the user wishes to stop.
+    /// Errors of [`Scene::from_properties`]; the moment is said. And on interruption by the user.
     pub fn scene(&mut self, time: f64, control: &Control) -> Result<Scene> {
         let Sequence { tree, name, loader, timeline, provenance } = &self.sequence;
         let loader = &loader.under(control);
@@ -163,7 +163,7 @@ impl Follower {
     /// The plan of the latest scene, which may have another camera, display or method by now, as `held` holds it.
     ///
     /// # Errors
-    /// Those of [`Plan::new`].
+    /// Errors of [`Plan::new`].
     pub fn plan(&mut self, scene: &Scene, options: &Options, held: &Choices, control: &Control) -> Result<&Plan> {
         let said = self.read.as_ref().map(|(said, _)| format!("{said} {held:?} {:?} {options:?}", scene.method)).unwrap_or_default();
         let plan = match self.planned.take() {
@@ -197,7 +197,7 @@ impl Held {
     /// Common choice of the pilot frames of a sequence; `scene` makes each of them from its moment \[s\].
     ///
     /// # Errors
-    /// Those of [`Plan::new`] and of `scene`, and when the user wishes to stop.
+    /// Errors of [`Plan::new`] and of `scene`, and on interruption by the user.
     pub fn by<E: From<Error>>(
         pilots: &[f64],
         mut scene: impl FnMut(f64) -> std::result::Result<Scene, E>,

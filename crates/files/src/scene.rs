@@ -50,7 +50,7 @@ impl SceneFile {
     /// Reads the scene file at `path` by a loader that was `prepared`; arrays may take `memory_limit` bytes each.
     ///
     /// # Errors
-    /// Those of [`load_by`].
+    /// Errors of [`load_by`].
     pub fn open(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
         Self::open_with(path, &[], memory_limit, prepared)
     }
@@ -58,7 +58,7 @@ impl SceneFile {
     /// Variant with other values of some keys, such as "star\[0\].temperature", in place of the file's.
     ///
     /// # Errors
-    /// Those of [`load_by`], and where the scene can have no such key.
+    /// Errors of [`load_by`], and where the scene can have no such key.
     pub fn open_with(path: &Path, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
         let text = read_text(path)?;
         // What a scene from a pipe names is in the working folder.
@@ -76,7 +76,7 @@ impl SceneFile {
     /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
     ///
     /// # Errors
-    /// Those of [`load_by`].
+    /// Errors of [`load_by`].
     pub fn parse(file: &str, name: &str, text: String, loader: Loader) -> Result<Self> {
         Self::parse_with(file, name, text, &[], loader)
     }
@@ -84,7 +84,7 @@ impl SceneFile {
     /// Variant with other values of some keys.
     ///
     /// # Errors
-    /// Those of [`parse`](Self::parse), and where the scene can have no such key.
+    /// Errors of [`parse`](Self::parse), and where the scene can have no such key.
     pub fn parse_with(file: &str, name: &str, mut text: String, changes: &[Change], loader: Loader) -> Result<Self> {
         let mut tree = toml::properties(file, &text)?;
         for Change { key, value } in changes {
@@ -129,7 +129,7 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Scene> {
 /// Variant by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
 ///
 /// # Errors
-/// Those of [`load`], and once the user wished to stop.
+/// Errors of [`load`], and on interruption by the user.
 pub fn load_by(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Scene> {
     Ok(SceneFile::open(path, memory_limit, prepared)?.scene)
 }
@@ -146,7 +146,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
 ///
 /// # Errors
-/// Those of [`load`].
+/// Errors of [`load`].
 pub fn parse(file: &str, name: &str, text: String, loader: &Loader) -> Result<Scene> {
     Ok(SceneFile::parse(file, name, text, loader.clone())?.scene)
 }

@@ -163,7 +163,7 @@ impl Images {
     /// True if a free parameter changes the amount of dust of an image's scene.
     ///
     /// # Errors
-    /// When the user wishes to stop.
+    /// On interruption by the user.
     fn moves_dust(&self, with: &Table, scene: &Scene) -> Result<bool> {
         for (i, part) in (0..self.start.len()).flat_map(|i| [(i, 1e-3), (i, -1e-3)]) {
             let mut values = self.start.clone();
@@ -303,7 +303,7 @@ impl Images {
     /// Residuals of each image at the fitted values.
     ///
     /// # Errors
-    /// Those of the model.
+    /// Errors of the model.
     pub fn residuals(&self, data: &Measured, prediction: &Prediction, sigma: &[f64], control: &Control) -> Result<Vec<Residuals>> {
         let mut at = 0;
         let mut all = Vec::new();

@@ -191,7 +191,7 @@ impl Renderer {
     /// many passes there are.
     ///
     /// # Errors
-    /// Where the picture is larger than the device holds at once, the device gives up, or the user wishes to stop.
+    /// Where the picture is larger than the device holds at once, the device gives up, or on interruption by the user.
     pub fn refine(&mut self, control: &Control) -> Result<u32> {
         self.whole()?;
         // Whatever stops it, rows of two kinds do not mix: the next one starts anew.
@@ -244,7 +244,7 @@ impl Renderer {
     /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
     ///
     /// # Errors
-    /// Where the device gives up, or the user wishes to stop.
+    /// Where the device gives up, or on interruption by the user.
     pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
         let [width, height, ..] = self.layout.frame.size.map(|n| n as usize);
         let (bands, rays) = (self.layout.shape.bands(), self.layout.supersampling.pow(2));

@@ -72,7 +72,7 @@ impl Cloud<'_> {
     /// Variant in which a device may have the light of several stars go through the gas.
     ///
     /// # Errors
-    /// Those of [`ionised`](Self::ionised).
+    /// Errors of [`ionised`](Self::ionised).
     pub fn ionised_by(
         &self,
         tracer: Option<&dyn RayTracer>,

@@ -5,14 +5,14 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt};
 use pyo3::prelude::*;
 
-create_exception!(barnard, BarnardError, PyException, "Something that Barnard could not do; the message says what would be right.");
+create_exception!(barnard, BarnardError, PyException, "Base class of all errors. A message has the problem, its location and the remedy.");
 create_exception!(
     barnard,
     SceneError,
     BarnardError,
-    "Something in a scene is wrong: `key` is its place, such as `star[2].temperature`, where there is one; the message says what would be right."
+    "A scene is invalid. `key` is the location, such as `star[2].temperature`, if there is one."
 );
-create_exception!(barnard, MemoryLimitError, BarnardError, "Something would take more memory than `memory` allows.");
+create_exception!(barnard, MemoryLimitError, BarnardError, "An array, grid or image would exceed the memory limit of the scene.");
 create_exception!(barnard, DeviceError, BarnardError, "A graphics processor could not be used.");
 
 /// Adds the exceptions to the module.

@@ -46,7 +46,7 @@ pub struct Bench<'a> {
 /// Times each method that `backend` does on `scene`; `visit` hears each row as it comes.
 ///
 /// # Errors
-/// Where the scene cannot be planned or rendered, and when the user wishes to stop.
+/// Where the scene cannot be planned or rendered, and on interruption by the user.
 pub fn table(backend: &mut dyn Backend, mut scene: Scene, bench: &Bench, control: &Control, mut visit: impl FnMut(Row)) -> Result<()> {
     // Errors are those of transport: functions are sampled first, the same for all.
     sample_functions(&mut scene, bench.options)?;
@@ -307,7 +307,7 @@ const LONG: f64 = 5.0;
 /// takes long.
 ///
 /// # Errors
-/// Those of `work`.
+/// Errors of `work`.
 pub fn timed(frames: usize, mut work: impl FnMut() -> Result<f64>) -> Result<(f64, f64)> {
     medians(frames, || clocked(&mut work))
 }

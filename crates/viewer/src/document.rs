@@ -97,7 +97,7 @@ impl Document {
     /// The scene of that origin.
     ///
     /// # Errors
-    /// Those of [`builtin`](Self::builtin) and [`open`](Self::open).
+    /// Errors of [`builtin`](Self::builtin) and [`open`](Self::open).
     pub fn of(origin: &Origin, memory_limit: u64) -> Result<Self> {
         match origin {
             Origin::Builtin(name) => Self::builtin(name, memory_limit),
@@ -117,7 +117,7 @@ impl Document {
     /// The scene file at `path`.
     ///
     /// # Errors
-    /// Those of `barnard check`.
+    /// Errors of `barnard check`.
     pub fn open(path: &Path, memory_limit: u64) -> Result<Self> {
         let text = barnard_files::read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -272,7 +272,7 @@ impl Document {
     /// until [`rest`](Self::rest).
     ///
     /// # Errors
-    /// Those of `barnard check`; nothing is changed then.
+    /// Errors of `barnard check`; nothing is changed then.
     pub fn apply(&mut self, edit: Edit) -> Result<()> {
         let mut toml = self.toml.clone();
         let name = edit.name.clone();
@@ -298,7 +298,7 @@ impl Document {
     /// The scene after `edit`, which is not kept, and what its text then says beside camera and display.
     ///
     /// # Errors
-    /// Those of `barnard check`.
+    /// Errors of `barnard check`.
     pub fn variant(&self, edit: Edit) -> Result<(Arc<Scene>, Arc<str>)> {
         let mut toml = self.toml.clone();
         edit.apply(&mut toml);
@@ -360,7 +360,7 @@ impl Document {
     /// Puts another text in place of this one, as one edit: a recovered one.
     ///
     /// # Errors
-    /// Those of `barnard check`; nothing is changed then.
+    /// Errors of `barnard check`; nothing is changed then.
     pub fn replace(&mut self, text: &str) -> Result<()> {
         let toml = edited(text)?;
         self.rest();

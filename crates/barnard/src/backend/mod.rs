@@ -45,7 +45,7 @@ impl<'a> Job<'a> {
     /// A scene that is planned when a back end asks for its plan.
     ///
     /// # Errors
-    /// Those of [`Scene::check`].
+    /// Errors of [`Scene::check`].
     pub fn new(scene: &'a Scene, options: &'a Options) -> Result<Self> {
         scene.check()?;
         Ok(Self { scene, options, plan: OnceLock::new() })
@@ -79,7 +79,7 @@ impl<'a> Job<'a> {
     /// The plan of the scene, made for the first who asks.
     ///
     /// # Errors
-    /// Those of [`Plan::new`].
+    /// Errors of [`Plan::new`].
     pub fn plan(&self, control: &Control) -> Result<&Plan> {
         if let Some(plan) = self.plan.get() {
             return Ok(plan);
@@ -174,13 +174,13 @@ pub trait Backend: Send {
     /// The light of a job.
     ///
     /// # Errors
-    /// Where it cannot be done, or the user wishes to stop.
+    /// Where it cannot be done, or on interruption by the user.
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance>;
 
     /// The picture: stars are drawn over the light, errors and origin are told.
     ///
     /// # Errors
-    /// Where values are no numbers, or there are too many stars, and when the user wishes to stop.
+    /// Where values are no numbers, or there are too many stars, and on interruption by the user.
     fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
         finished(job.scene(), job.plan(control)?, radiance, &self.name(), control)
     }
@@ -188,7 +188,7 @@ pub trait Backend: Send {
     /// Renders and finishes in one go; both eyes, where the scene's camera has two.
     ///
     /// # Errors
-    /// Those of [`radiance`](Self::radiance) and [`finish`](Self::finish).
+    /// Errors of [`radiance`](Self::radiance) and [`finish`](Self::finish).
     fn render(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
         let camera = &job.scene().camera;
         let (Some(stereo), Some(eyes)) = (camera.stereo, camera.eyes()) else { return self.picture(job, control) };
@@ -211,7 +211,7 @@ pub trait Backend: Send {
     /// The picture of one eye, with the layers that the scene's output asks for.
     ///
     /// # Errors
-    /// Those of [`render`](Self::render).
+    /// Errors of [`render`](Self::render).
     fn picture(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
         if job.scene().output.layers.is_any() {
             return layers::layered(self, job, control);
@@ -235,7 +235,7 @@ pub trait Backend: Send {
     /// Keeps a device of its own busy with what it has for so long \[s\], so that it is timed as fast as it is under load.
     ///
     /// # Errors
-    /// Where the device gives up, or the user wishes to stop.
+    /// Where the device gives up, or on interruption by the user.
     fn warm_up(&mut self, _seconds: f64, _control: &Control) -> Result<()> {
         Ok(())
     }

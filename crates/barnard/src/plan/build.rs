@@ -26,7 +26,7 @@ impl Plan {
     /// Plans `scene`: pilot rays choose steps, star depths and rules, and measure what they cost.
     ///
     /// # Errors
-    /// Those of [`Scene::check`], more memory than is allowed, what the method cannot do, and when the user wishes to
+    /// Errors of [`Scene::check`], more memory than is allowed, what the method cannot do, and when the user wishes to
     /// stop.
     pub fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         Self::updated(None, scene, options, control)
@@ -36,7 +36,7 @@ impl Plan {
     /// did not move, light that was scattered before.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn updated(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         scene.check()?;
         let settings = &Settings::of(scene, options);
@@ -67,7 +67,7 @@ impl Plan {
     /// is measured or stated of its error.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn preview(before: Option<&Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
         scene.check()?;
         let entry = MethodEntry {
@@ -103,7 +103,7 @@ impl Plan {
     /// that measure from outside.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn sampled(scene: &Scene, options: &Options, steps: usize, control: &Control) -> Result<Self> {
         scene.check()?;
         let method = Method { steps: Some(steps), ..scene.method.clone() };
@@ -123,7 +123,7 @@ impl Plan {
     /// where light scatters once and no stars are gathered, or nothing scatters.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn scattered_again(&self, scene: &Scene, options: &Options, control: &Control) -> Result<Option<MultipleScattering>> {
         scene.check()?;
         let settings = &Settings::of(scene, options);

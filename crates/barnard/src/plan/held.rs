@@ -94,7 +94,7 @@ impl Plan {
     /// that still holds. What it states of its spatial error is what those say.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn holding(before: Option<&Self>, scene: &Scene, options: &Options, choices: &Choices, control: &Control) -> Result<Self> {
         scene.check()?;
         let settings = &Settings::of(scene, options);

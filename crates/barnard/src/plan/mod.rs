@@ -253,7 +253,7 @@ impl Plan {
     /// Looks from elsewhere; all that space and spectra decide stays.
     ///
     /// # Errors
-    /// Those of [`Camera::check`], and when the user wishes to stop; the plan is as before then.
+    /// Errors of [`Camera::check`], and on interruption by the user; the plan is as before then.
     pub fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
         camera.check()?;
         if let Some(scattered_field) = &self.scattered_field {
@@ -267,7 +267,7 @@ impl Plan {
     /// measured spatial error stays that of the places before, and so does light that was scattered before.
     ///
     /// # Errors
-    /// Where there is no such star, a light field stands in place of its depths, or the user wishes to stop; the plan
+    /// Where there is no such star, a light field stands in place of its depths, or on interruption by the user; the plan
     /// is as before then.
     pub fn move_star(&mut self, star: usize, place: glam::DVec3, control: &Control) -> Result<()> {
         Arc::make_mut(&mut self.space).move_star(star, place, control)

@@ -96,8 +96,8 @@ impl Geometry {
             match other.traits.iter().find(|theirs| theirs.name == own.name) {
                 Some(theirs) if same(theirs) => {}
                 found => {
-                    let problem = if found.is_some() { "differs from that of" } else { "is not in the scene, but in" };
-                    return Err(Error::conflict(format!("{} {problem} the plates", own.name), REMEDY));
+                    let relation = if found.is_some() { "differs from that of" } else { "is not in the scene, but in" };
+                    return Err(Error::conflict(format!("{} {relation} the plates", own.name), REMEDY));
                 }
             }
         }

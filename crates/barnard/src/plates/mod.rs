@@ -142,7 +142,7 @@ impl Plates {
     /// Plates of `scene` that reach as far as is said. What holds of `before`, a plan of the same scene, is taken from it.
     ///
     /// # Errors
-    /// Those of [`Plan::new`], where the range is none or beyond the extinction law, where other amounts of dust are asked for and the phase
+    /// Errors of [`Plan::new`], where the range is none or beyond the extinction law, where other amounts of dust are asked for and the phase
     /// function changes with wavelength or light scatters again, and where there are too many stars.
     pub fn new(scene: &Scene, reach: Reach, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
         Ok(Self::held(scene, reach, before, None, options, control)?.0)
@@ -151,7 +151,7 @@ impl Plates {
     /// Variant with the plan that they were marched by, which may hold to [choices](Choices) that are made already.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn held(
         scene: &Scene,
         reach: Reach,
@@ -277,7 +277,7 @@ impl Plates {
     /// Weights of the plates in the bands of a scene.
     ///
     /// # Errors
-    /// Those of [`check`](Self::check), where a light shines at wavelengths that the plates do not serve, and where the
+    /// Errors of [`check`](Self::check), where a light shines at wavelengths that the plates do not serve, and where the
     /// scene has a light that they do not hold.
     pub fn mixture(&self, scene: &Scene) -> Result<Mixture> {
         scene.check()?;
@@ -293,8 +293,8 @@ impl Plates {
                 let weights = CommonNodes::weights_of(&nodes, &source.measure).map_err(|error| {
                     match CommonNodes::weights_of(&self.0.nodes, &source.measure).is_err() {
                         true => {
-                            let said = format!("{} in {}: {error}", own.name, band.name());
-                            Error::conflict(said, "stay within the wavelength range of the plates, or make plates with a wider --range")
+                            let problem = format!("{} in {}: {error}", own.name, band.name());
+                            Error::conflict(problem, "stay within the wavelength range of the plates, or make plates with a wider --range")
                         }
                         false => {
                             let problem = format!("the plates do not cover {amount:.4} times their amount of dust in {}", band.name());
@@ -355,7 +355,7 @@ impl Plates {
     /// The picture of a scene that differs from theirs in spectra alone, with its errors.
     ///
     /// # Errors
-    /// Those of [`mixture`](Self::mixture), and when the user wishes to stop.
+    /// Errors of [`mixture`](Self::mixture), and on interruption by the user.
     pub fn expose(&self, scene: &Scene, control: &Control) -> Result<Image> {
         let (mixture, lights) = (self.mixture(scene)?, lights(scene)?);
         let mut image = self.pictured(scene, &mixture, control)?;
@@ -375,7 +375,7 @@ impl Plates {
     /// Variant of a mixture of the scene, without its errors, for looks that pass by.
     ///
     /// # Errors
-    /// Where the scene has other stars of a field, values are no numbers, and when the user wishes to stop.
+    /// Where the scene has other stars of a field, values are no numbers, and on interruption by the user.
     pub fn pictured(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
         let mut light = vec![0.0; scene.bands.len() * self.0.size[0] * self.0.size[1]];
         self.add(mixture, &mut light)?;
@@ -386,7 +386,7 @@ impl Plates {
     /// made of them is smooth in spectra and in the amount of dust.
     ///
     /// # Errors
-    /// Those of [`pictured`](Self::pictured).
+    /// Errors of [`pictured`](Self::pictured).
     pub fn pictured_in_double(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
         let pixels = self.0.size[0] * self.0.size[1];
         let mut light = vec![0.0; scene.bands.len() * pixels];

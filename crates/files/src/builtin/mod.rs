@@ -110,7 +110,7 @@ pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
 /// Variant by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
 ///
 /// # Errors
-/// Where there is none, and once the user wished to stop.
+/// Where there is none, and on interruption by the user.
 pub fn load_by(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Scene> {
     Ok(open(name, memory_limit, prepared)?.scene)
 }
@@ -118,7 +118,7 @@ pub fn load_by(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> 
 /// Variant with what it was read from.
 ///
 /// # Errors
-/// Those of [`load_by`].
+/// Errors of [`load_by`].
 pub fn open(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<SceneFile> {
     open_with(name, &[], memory_limit, prepared)
 }
@@ -126,7 +126,7 @@ pub fn open(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loa
 /// Variant with other values of some keys.
 ///
 /// # Errors
-/// Those of [`open`], and where the scene can have no such key.
+/// Errors of [`open`], and where the scene can have no such key.
 pub fn open_with(name: &str, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<SceneFile> {
     SceneFile::parse_with(&format!("built-in {name}"), name, entry(name)?.text.to_owned(), changes, prepared(&loader(memory_limit)))
 }

@@ -143,7 +143,7 @@ impl<T: Kept> Gather<T> {
     /// is what a number stands for.
     ///
     /// # Errors
-    /// Those of `fill`.
+    /// Errors of `fill`.
     pub fn rows(
         &mut self,
         shape: [usize; 3],
@@ -170,7 +170,7 @@ impl<T: Kept> Gather<T> {
     /// `bytes` while it is unpacked, and no more of them are together than `limit` holds, but one.
     ///
     /// # Errors
-    /// Those of `fetch` and `unpack`, of the first block that has one.
+    /// Errors of `fetch` and `unpack`, of the first block that has one.
     pub fn blocks<B: Send, E: Send>(
         &mut self,
         mut blocks: impl Iterator<Item = Block>,

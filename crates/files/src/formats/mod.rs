@@ -320,7 +320,7 @@ pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
 /// that is the image `hdu` by name or number, the first one without it; of any other file the first band.
 ///
 /// # Errors
-/// Those of [`read_image`], and where the file has no such HDU.
+/// Errors of [`read_image`], and where the file has no such HDU.
 pub fn read_picture(path: &Path, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
     if reader(path, |r| r.image.is_some())?.extensions == fits::READER.extensions {
         return fits::picture(&mut Request::new(open(path)?, path, hdu, memory_limit)?);

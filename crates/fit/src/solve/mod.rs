@@ -34,19 +34,19 @@ pub trait Model {
     /// Predicted data at some values of the parameters.
     ///
     /// # Errors
-    /// Where values cannot be, and when the user wishes to stop.
+    /// Where values cannot be, and on interruption by the user.
     fn predict(&mut self, values: &[f64], control: &Control) -> Result<Prediction>;
 
     /// The largest errors of what it says, without noise.
     ///
     /// # Errors
-    /// Those of [`predict`](Self::predict).
+    /// Errors of [`predict`](Self::predict).
     fn floor(&mut self, values: &[f64], control: &Control) -> Result<Vec<f64>>;
 
     /// Makes ready for values near these, if it was for others; whether it says something else from now on.
     ///
     /// # Errors
-    /// Those of [`predict`](Self::predict).
+    /// Errors of [`predict`](Self::predict).
     fn renew(&mut self, values: &[f64], control: &Control) -> Result<bool> {
         let _ = (values, control);
         Ok(false)
@@ -151,8 +151,8 @@ pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], sta
     for (parameter, value) in parameters.iter().zip(start) {
         let (low, high) = parameter.bounds;
         if !(low..=high).contains(value) {
-            let value = format!("{value}, the start value of {},", parameter.key);
-            return Err(Error::out_of_range("free parameter", value, format!("within its bounds, {low} to {high}")));
+            let problem = format!("the start value of {}, {value}, is outside of its bounds, {low} to {high}", parameter.key);
+            return Err(Error::conflict(problem, "change one of them"));
         }
     }
     let mut fitting = Fitting {

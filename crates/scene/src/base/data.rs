@@ -209,13 +209,13 @@ pub trait DataSource: Debug + Send + Sync {
     /// The table of text called `name`, of at most `most_rows` rows.
     ///
     /// # Errors
-    /// Those of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
+    /// Errors of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable>;
 
     /// Columns of numbers of the file called `name`: a text, or a table of another format.
     ///
     /// # Errors
-    /// Those of [`text`](Self::text), and where it holds no columns of numbers.
+    /// Errors of [`text`](Self::text), and where it holds no columns of numbers.
     fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
         Ok(Columns::parse(name, &self.text(name, memory_limit)?)?)
     }
@@ -295,7 +295,7 @@ impl Inputs {
     /// Columns of numbers of the file called `name`.
     ///
     /// # Errors
-    /// Those of [`DataSource::columns`].
+    /// Errors of [`DataSource::columns`].
     pub fn columns(&self, name: &str) -> Result<Columns> {
         self.source.columns(name, self.memory_limit)
     }
@@ -303,7 +303,7 @@ impl Inputs {
     /// The text called `name`.
     ///
     /// # Errors
-    /// Those of [`DataSource::text`].
+    /// Errors of [`DataSource::text`].
     pub fn text(&self, name: &str) -> Result<Cow<'static, str>> {
         self.source.text(name, self.memory_limit)
     }
@@ -311,7 +311,7 @@ impl Inputs {
     /// The table of text called `name`, of at most `most_rows` rows.
     ///
     /// # Errors
-    /// Those of [`DataSource::table`].
+    /// Errors of [`DataSource::table`].
     pub fn table(&self, name: &str, most_rows: usize) -> Result<TextTable> {
         self.source.table(name, most_rows, self.memory_limit)
     }
@@ -319,7 +319,7 @@ impl Inputs {
     /// The first band of the picture called `name`, or its HDU `hdu`: columns and rows, and its values, row by row.
     ///
     /// # Errors
-    /// Those of [`DataSource::picture`].
+    /// Errors of [`DataSource::picture`].
     pub fn picture(&self, name: &str, hdu: Option<&str>) -> Result<([usize; 2], Vec<f64>)> {
         self.source.picture(name, hdu, self.memory_limit)
     }
@@ -327,7 +327,7 @@ impl Inputs {
     /// What `choose` chooses of the array called `name`; `member` is the one that is meant where there are several.
     ///
     /// # Errors
-    /// Those of [`DataSource::array`].
+    /// Errors of [`DataSource::array`].
     pub fn array(&self, name: &str, member: Option<&str>, choose: Choose) -> Result<Array> {
         self.source.array(name, member, choose, self.memory_limit)
     }

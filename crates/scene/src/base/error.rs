@@ -42,7 +42,7 @@ pub enum Error {
     /// Settings or data that exclude each other.
     #[error("{problem}; {remedy}")]
     Conflict {
-        /// What excludes what.
+        /// The conflict.
         problem: String,
         /// Change that resolves it.
         remedy: String,
@@ -75,7 +75,7 @@ pub enum Error {
         /// Actual size or kind.
         found: String,
     },
-    /// A box that numbers cannot live in.
+    /// Box that is empty, infinite or not a number.
     #[error("{0}")]
     Bounds(String),
     /// A data file that cannot be read or used.
@@ -121,13 +121,13 @@ pub enum Error {
     /// A spectrum, passband or law.
     #[error(transparent)]
     Spectra(#[from] SpectraError),
-    /// A method that knows light of one scattering alone, asked for more.
+    /// Multiple scattering requested of a method that supports single scattering only.
     #[error("{0} supports only single scattering; set bounces = 1, or use {1}")]
     OneBounce(String, &'static str),
     /// Light or density beyond what single precision holds.
     #[error("{0}; check the unit of its brightness, and the scales of densities")]
     Strength(String),
-    /// A star whose light does not get out, or that stands nowhere.
+    /// Star without escaping light or without a valid position.
     #[error("{0}")]
     Star(String),
     /// More stars in the star field than are drawn.
@@ -225,7 +225,7 @@ mod tests {
             Error::Star("star[0] is in a voxel of optical depth 461.5, so none of its light escapes; move the star".into()),
             Error::StarField { in_view: 3e7, most: 1e6 },
             Error::Density("a density near (0, 0, 0) pc is not finite, so collisions have no bound; limit it, as in min(f, 1e3)".into()),
-            Error::Method("bricks do not support multiple scattering; set bounces = 1".into()),
+            Error::Method("no spectral rule reaches the accuracy; increase accuracy".into()),
             Error::Encoding { format: "jpg", reason: "70000 pixels exceed 65535 per edge".into() },
             Error::Device("no graphics adapter was found; render on the processor".into()),
             Error::Interrupted,

@@ -61,7 +61,7 @@ impl Exposures {
     /// Refuses pictures of a camera through passbands that an instrument cannot see, before they are rendered.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn check(instrument: &Instrument, camera: &Camera, observation: Option<Observation>, bands: &[Passband]) -> Result<()> {
         let names = bands.iter().map(|band| band.name().to_owned()).collect();
         let bare = Image::bare(camera.width, camera.height, names, Samples::Single(Vec::new()));
@@ -82,7 +82,7 @@ impl Exposures {
     /// Variant by kernels of pictures before, where they are those of this one.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub fn by(kernels: &mut Kernels, instrument: Arc<Instrument>, image: &Image, bands: &[Passband], control: &Control) -> Result<Self> {
         let Layout { below, pixels, squares, mosaic } = Layout::new(&instrument, image, bands)?;
         let radiances: Vec<usize> = image.radiances().collect();

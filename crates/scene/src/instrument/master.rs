@@ -45,7 +45,7 @@ impl Exposures {
     /// without cosmic rays, errors and mask.
     ///
     /// # Errors
-    /// When the user wishes to stop.
+    /// On interruption by the user.
     pub fn glance(&self, control: &Control) -> Result<Image> {
         let (instrument, detector, count) = (&self.instrument, &self.instrument.detector, self.pixels.count());
         let frames = instrument.frames as f64;
@@ -106,7 +106,7 @@ impl Exposures {
     /// All frames, calibrated and combined: radiances [W m⁻² sr⁻¹], a band of standard errors behind each, and a layer that is the mask.
     ///
     /// # Errors
-    /// When the user wishes to stop.
+    /// On interruption by the user.
     pub fn master(&self, control: &Control) -> Result<Image> {
         let (count, bands) = (self.pixels.count(), self.bands.len());
         let planes = self.planes().len();

@@ -62,7 +62,7 @@ impl Sources {
 /// to the source of a number, in the order of [`points`].
 ///
 /// # Errors
-/// Where the star field has too many stars, and when the user wishes to stop.
+/// Where the star field has too many stars, and on interruption by the user.
 pub fn draw(
     sources: Sources,
     scene: &Scene,

@@ -113,7 +113,7 @@ impl Albedo {
 pub(super) const KINDS: &[Kind<Albedo>] = &[
     Kind {
         name: "constant",
-        summary: "the same at every wavelength; short form: albedo = 0.6",
+        summary: "constant over wavelength; short form: albedo = 0.6",
         keys: &[Key::required("value", "number", "0 to 1")],
         build: |section, _| Ok(Albedo::Constant(need_number(section, "value")?)),
     },

@@ -90,7 +90,7 @@ fn run(control: &Control) -> Result<Findings> {
     let text = format!(
         "Times are of Barrès & Neyret's scene, one star, one filter, {EDGE} × {EDGE} pixels, N = 100. Errors are the certificates of the rules, made for each filter and depth alone (projection's D is the filter's \
          own support, which favours it).\n\n{}### The default and projection at equal time\n\nError of projection with 2 to 5 elements over that of the best band quadrature that takes no longer (within {:.0} %; the shortest of {ROUNDS} frames each, in turn); 0 where none does, - where there is no such basis.\n\n{}\
-         At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {} The frames of 1 to 4 nodes or elements differ by {:.0} % at most, which is noise on a shared machine as well; with as many nodes as elements, which is no timing, the least is {}, the median {}.\n\n{noise}### What 1e-3 costs\n\nOn {} up to depth {}: the smallest size tried whose error is at most {WANTED:.0e}, and its frame beside the default's.\n\n{}{}",
+         At least 10 times as exact as projection in {better} of {} comparisons; the least is {}. {} The frames of 1 to 4 nodes or elements differ by {:.0} % at most, which is noise on a shared machine as well; with as many nodes as elements, which is no timing, the least is {}, the median {}.\n\n{noise}### What 1e-3 costs\n\nOn {} up to depth {}: the smallest size tried whose error is at most {WANTED:.0e}, and its frame time relative to the default's.\n\n{}{}",
         table(&["method", "size", "frame [s]"], &time_rows),
         100.0 * (EQUAL - 1.0),
         table(&["filter", "depth up to", "2 elements", "3", "4", "5"], &rows),

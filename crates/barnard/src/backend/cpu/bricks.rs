@@ -73,20 +73,20 @@ impl Whole {
     /// volume is cut at `cuts`: where bricks begin along each axis, and the end of the last.
     ///
     /// # Errors
-    /// Those of [`Plan::new`]; where the method does more than bricks can: light that scatters more than once, gathered
-    /// stars, rules that are no exponentials; and where fields have several boxes, or the cuts do not run from end to end.
+    /// Errors of [`Plan::new`]; features that bricks do not support: stereo, multiple scattering, detail, aggregated stars, rules
+    /// without exponentials; fields with several boxes; cuts that do not cover the volume.
     pub fn new(scene: &Scene, dims: [usize; 3], cuts: [Vec<usize>; 3], options: &Options, control: &Control) -> Result<Self> {
         // Bricks have the depths of stars at their own voxels.
         let options = Options { star_depth_voxels: 1, ..options.clone() };
-        let refused = |what: &str, instead: &str| Err(Error::Method(format!("bricks do not support {what}; {instead}")));
+        let refused = |feature: &str, alternative: &str| Err(Error::unsupported(feature, "a picture in bricks", alternative));
         if scene.camera.stereo.is_some() || scene.camera.eye.is_some() {
-            return refused("one eye", "leave stereo out");
+            return refused("stereo cameras", "remove stereo");
         }
         if scene.method.bounces > 1 {
             return refused("multiple scattering", "set bounces = 1");
         }
         if scene.detail.is_some() {
-            return refused("[detail]", "leave [detail] out");
+            return refused("[detail]", "remove [detail]");
         }
         let mut plan = Plan::new(scene, &options, control)?;
         if plan.space.many_lights.is_some() {
@@ -98,7 +98,7 @@ impl Whole {
         }
         drop(tables);
         let mut boxes = plan.space.dust.iter().map(|d| &**d).chain(plan.space.gas()).map(|grid| grid.lattice().bounds);
-        let Some(bounds) = boxes.next() else { return refused("dust or gas", "give the scene some") };
+        let Some(bounds) = boxes.next() else { return Err(Error::missing("dust or gas", "add some to the scene")) };
         if let Some(other) = boxes.find(|other| *other != bounds) {
             let named = |bounds: Bounds| format!("{} to {} pc", bounds.low, bounds.high);
             return Err(Error::mismatch("boxes of bricked densities", named(bounds), named(other)));
@@ -289,7 +289,7 @@ impl Whole {
     /// The picture of what all bricks do, stars and background behind them, and what was measured on the way.
     ///
     /// # Errors
-    /// Where values are no numbers or the parts are not those of this picture, and when the user wishes to stop.
+    /// Where values are no numbers or the parts are not those of this picture, and on interruption by the user.
     pub fn picture(&self, all: &Partial, control: &Control) -> Result<(Image, RenderStats)> {
         let plan = &self.plan;
         let tables = Tables::new(plan);

@@ -76,7 +76,7 @@ impl Backend for Cpu {
 /// The extended light of a plan, without stars that are seen as points: bands × height × width [W m⁻² sr⁻¹].
 ///
 /// # Errors
-/// When the user wishes to stop.
+/// On interruption by the user.
 pub fn radiance(plan: &Plan, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
     let tables = Tables::new(plan);
     let march = March::new(plan, &tables, None);
@@ -104,7 +104,7 @@ pub struct Distances {
 /// Measures how far the light of a plan comes from: rays are followed to the end of the dust.
 ///
 /// # Errors
-/// When the user wishes to stop.
+/// On interruption by the user.
 pub fn distances(plan: &Plan, control: &Control) -> Result<Distances> {
     let plan = &plan.only(|part| part != Part::Background);
     let tables = Tables::new(plan);
@@ -184,7 +184,7 @@ fn marched(
 /// Renders a plan of `scene`.
 ///
 /// # Errors
-/// Where values are no numbers, and when the user wishes to stop.
+/// Where values are no numbers, and on interruption by the user.
 pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, RenderStats)> {
     let (data, stats) = radiance(plan, control)?;
     Ok((finished(scene, plan, Radiance::single(data, stats), ENTRY.name, control)?, stats))

@@ -23,7 +23,7 @@ pub(crate) struct Combined {
 /// spectral factor is one. Rays are followed to the end of the dust, since other spectra may have light there.
 ///
 /// # Errors
-/// When the user wishes to stop.
+/// On interruption by the user.
 pub(crate) fn combined(plan: &Plan, lights: &[usize], rows: &[Vec<f32>], control: &Control) -> Result<Combined> {
     let tables = Tables::new(plan);
     let march = March::new(plan, &tables, None).whole();

@@ -240,7 +240,7 @@ const CHECKED: usize = 64;
 /// bounces and seed are: a film that is kept for a later run is recognised by them.
 ///
 /// # Errors
-/// Those of [`trace`].
+/// Errors of [`trace`].
 pub fn first_paths(scene: &Scene, options: &Options) -> Result<Vec<f64>> {
     scene.check()?;
     let lights = lights(scene)?;
@@ -269,7 +269,7 @@ fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
 /// The picture that `film` holds, its bands followed by their standard errors, with points as `reference` draws them.
 ///
 /// # Errors
-/// Where a point's light cannot be told, and when the user wishes to stop.
+/// Where a point's light cannot be told, and on interruption by the user.
 pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -> Result<Image> {
     let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
     let points = super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, control, |i, value| data[i] += value)?;

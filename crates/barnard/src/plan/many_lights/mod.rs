@@ -106,7 +106,7 @@ impl ManyLights {
     /// voxels an edge; those that other many lights have swept through the same dust are not swept again.
     ///
     /// # Errors
-    /// For more memory than is allowed, and when the user wishes to stop.
+    /// For more memory than is allowed, and on interruption by the user.
     pub(crate) fn new(
         before: Option<&Self>,
         members: &[usize],

@@ -98,7 +98,7 @@ impl Cells {
     /// row of cells sees, `k` the terms' extinctions.
     ///
     /// # Errors
-    /// When the user wishes to stop.
+    /// On interruption by the user.
     pub fn direct<'a>(
         &self,
         dust: &Grid,

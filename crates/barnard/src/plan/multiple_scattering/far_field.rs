@@ -97,7 +97,7 @@ impl FarField<'_> {
     /// Source functions of each cell beyond all kernels.
     ///
     /// # Errors
-    /// When the user wishes to stop.
+    /// On interruption by the user.
     pub fn seen(&self, cells: &Cells, scattering: &Scattering, control: &Control) -> Result<Moments> {
         self.levels(cells, 1, Some(scattering.view), control, |star, first, out| add_seen(star, scattering, first, out))
     }
@@ -105,7 +105,7 @@ impl FarField<'_> {
     /// Moments of the radiance of each cell beyond all kernels, which must be even, for so many harmonics.
     ///
     /// # Errors
-    /// When the user wishes to stop.
+    /// On interruption by the user.
     pub fn moments(&self, cells: &Cells, count: usize, control: &Control) -> Result<Moments> {
         self.levels(cells, count, None, control, |star, first, out| add_moments(star, first, count, out))
     }

@@ -138,7 +138,7 @@ impl MultipleScattering {
     /// scatters. What another field was found from is not solved again.
     ///
     /// # Errors
-    /// For rules that have no nodes, more memory than is allowed, and when the user wishes to stop.
+    /// For rules that have no nodes, more memory than is allowed, and on interruption by the user.
     pub(crate) fn new(draft: &Draft, fineness: Fineness, before: Option<&Self>, control: &Control) -> Result<Option<Self>> {
         let Some(problem) = Problem::new(draft)? else { return Ok(None) };
         let Fitting { cells, bytes, coarser } = problem.fitting(fineness)?;
@@ -194,7 +194,7 @@ impl MultipleScattering {
     /// Copy of the field as `camera` sees it; the same volumes where that sees the same directions.
     ///
     /// # Errors
-    /// When the user wishes to stop.
+    /// On interruption by the user.
     pub fn seen_by(self: &Arc<Self>, camera: &Camera, control: &Control) -> Result<Arc<Self>> {
         let view = View::of(camera);
         if view == self.view {

@@ -62,7 +62,7 @@ pub struct FirstLight<'a> {
 /// The mean difference of `light` from the exact one, in parts of its mean; none where nothing was compared.
 ///
 /// # Errors
-/// When the user wishes to stop.
+/// On interruption by the user.
 pub fn error(light: &FirstLight, draft: &Draft, control: &Control) -> Result<Option<f64>> {
     let (Some(many_lights), Some(dust)) = (&light.field.many_lights, &draft.scene.dust) else { return Ok(None) };
     let spot_checks = spot_checks(many_lights, &draft.space, &light.field.cells, control)?;

@@ -77,7 +77,7 @@ struct Line<'a, const N: usize> {
 /// extinctions `k`.
 ///
 /// # Errors
-/// When the user wishes to stop.
+/// On interruption by the user.
 pub fn sweep<const N: usize>(
     cells: &Cells,
     k: &Lanes<N>,

@@ -66,7 +66,7 @@ pub trait Orders {
     /// Sweeps the next order; returns its power, and that of all so far. Gas and light from around shine in the first.
     ///
     /// # Errors
-    /// When the user wishes to stop, and when a device gives up.
+    /// On interruption by the user, and when a device gives up.
     fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure>;
 
     /// The sum of all orders, the last one added once more by these factors.

@@ -42,7 +42,7 @@ const SMALL: usize = 400;
 /// The sample of a camera's picture; `look` tells the light of a pixel in every band.
 ///
 /// # Errors
-/// Those of `look`.
+/// Errors of `look`.
 pub(in crate::plan) fn sampled(
     camera: &Camera,
     space: &SpatialPlan,

@@ -40,7 +40,7 @@ pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
 /// The densities of a scene in their order, grids as they are, functions as plans sample them.
 ///
 /// # Errors
-/// Those of [`sample_functions`], and when the user wishes to stop.
+/// Errors of [`sample_functions`], and on interruption by the user.
 pub fn sampled_densities(scene: &Scene, options: &Options, control: &Control) -> Result<Vec<Grid>> {
     let settings = &Settings::of(scene, options);
     let dust = scene.dust.iter().map(|dust| ("dust", &dust.density));

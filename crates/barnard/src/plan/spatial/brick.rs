@@ -27,7 +27,7 @@ pub struct BrickFields {
 /// glowing species in its own unit; each depth × height × width values, x running fastest.
 ///
 /// # Errors
-/// Where they would take more memory than allowed, or are no densities, and when the user wishes to stop.
+/// Where they would take more memory than allowed, or are no densities, and on interruption by the user.
 pub fn densities(scene: &Scene, lattice: &Lattice, options: &Options, control: &Control) -> Result<Vec<Grid>> {
     let dust = scene.dust.iter().map(|dust| (&dust.density, dust.sigma_v_per_pc, "dust"));
     let fields: Vec<_> = dust.chain(scene.emission.iter().map(|gas| (&gas.density, 1.0, &*gas.name))).collect();

@@ -96,7 +96,7 @@ impl Interval {
 /// many were written.
 ///
 /// # Errors
-/// When the user wishes to stop.
+/// On interruption by the user.
 pub fn sweep(dust: &Grid, star: DVec3, out: &mut ChannelMut, control: &Control, mut visit: impl FnMut(u64)) -> Result<()> {
     let lattice = out.volume.inner.clone();
     for frustum in frustums(&lattice, star) {

@@ -42,7 +42,7 @@ impl Progress {
 /// Depths from `star` through `dust` (σ at V [pc⁻¹]) into a channel of a volume.
 ///
 /// # Errors
-/// When the user wishes to stop.
+/// On interruption by the user.
 pub fn bake(dust: &Grid, star: DVec3, mut out: ChannelMut, progress: Progress, control: &Control) -> Result<()> {
     let done = AtomicU64::new(progress.done);
     out.volume.choose_unit(out.slot, || OPAQUE as f32);

@@ -12,7 +12,7 @@ use crate::properties::{Key, Kind};
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "box",
     summary: "1 inside an axis-aligned box",
-    keys: &[Key::required("low", "position", "its lowest corner"), Key::required("high", "position", "its highest corner")],
+    keys: &[Key::required("low", "position", "lowest corner"), Key::required("high", "position", "highest corner")],
     build: |section, _| {
         let bounds = section.bounds("low", "high")?;
         Ok(Arc::new(section.wrap("high", Cuboid::new(bounds))?))

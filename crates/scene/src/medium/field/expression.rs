@@ -140,7 +140,7 @@ impl Expression {
     /// The field this expression is: the named field itself, a grid where a grid takes part, the function otherwise.
     ///
     /// # Errors
-    /// Where that grid would take more than `memory_limit` bytes, and when the user wishes to stop.
+    /// Where that grid would take more than `memory_limit` bytes, and on interruption by the user.
     pub fn into_field(self, memory_limit: u64, control: &Control) -> Result<Arc<dyn Field>> {
         let names = self.formula.var_names();
         if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)

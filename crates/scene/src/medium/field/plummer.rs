@@ -19,7 +19,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "plummer",
     summary: "(1 + r2/a2)^(-5/2), cut at a radius",
     keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "its middle"),
+        Key::optional("centre", "position", "0 0 0 pc", "centre of the cluster"),
         Key::required("core", "length", "the Plummer radius a"),
         Key::optional("cut", "length", "5 core", "radius beyond which it is zero"),
     ],

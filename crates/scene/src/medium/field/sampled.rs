@@ -30,7 +30,7 @@ impl Grid {
     /// Samples a field times `factor`, with the means of voxels in which it jumps.
     ///
     /// # Errors
-    /// Where the user wishes to stop.
+    /// On interruption by the user.
     pub fn from_function(field: &Arc<dyn Field>, lattice: Lattice, factor: f64, control: &Control) -> Result<Self> {
         let sample = |places: &[DVec3], values: &mut [f64]| {
             if control.interrupted() {

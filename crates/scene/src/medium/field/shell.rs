@@ -17,7 +17,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "shell",
     summary: "a spherical shell with a Gaussian wall",
     keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "its middle"),
+        Key::optional("centre", "position", "0 0 0 pc", "centre of the shell"),
         Key::required(
             "radius",
             "length",

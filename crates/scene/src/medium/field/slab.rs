@@ -14,8 +14,8 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "slab",
     summary: "1 between two planes of any orientation, within a cube",
     keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "a point on its middle plane, and centre of the cube"),
-        Key::optional("normal", "direction", "[0, 0, 1]", "its normal"),
+        Key::optional("centre", "position", "0 0 0 pc", "centre of the cube, on the middle plane"),
+        Key::optional("normal", "direction", "[0, 0, 1]", "normal of the planes"),
         Key::required("thickness", "length", "distance of the planes"),
         Key::required("extent", "length", "half edge of the bounding cube"),
     ],

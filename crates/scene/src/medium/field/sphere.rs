@@ -13,7 +13,10 @@ use crate::properties::{Key, Kind};
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "sphere",
     summary: "1 inside of a sphere",
-    keys: &[Key::optional("centre", "position", "0 0 0 pc", "its middle"), Key::required("radius", "length", "its radius")],
+    keys: &[
+        Key::optional("centre", "position", "0 0 0 pc", "centre of the sphere"),
+        Key::required("radius", "length", "radius of the sphere"),
+    ],
     build: |section, _| {
         let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
         let radius = section.need_positive::<Length>("radius")?.0;

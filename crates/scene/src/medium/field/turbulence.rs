@@ -46,7 +46,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     keys: &[
         Key::optional("seed", "integer", "1", "seed of the random waves"),
         Key::optional("low", "position", "-1 -1 -1 pc", "lower corner of the box; the field is periodic in it"),
-        Key::optional("high", "position", "1 1 1 pc", "its upper corner"),
+        Key::optional("high", "position", "1 1 1 pc", "upper corner of the box"),
         Key::optional("voxels", "integer", "128", "voxels along the longest edge; more voxels add finer waves and keep the others"),
         Key::optional("outer_scale", "length", "half of the shortest edge", "driving scale of turbulence; larger waves are not stronger"),
         Key::optional("mach", "number", "5", "rms Mach number M; 0 is uniform"),

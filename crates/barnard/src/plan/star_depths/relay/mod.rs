@@ -231,7 +231,7 @@ impl Relay {
     /// the rays that it hands on.
     ///
     /// # Errors
-    /// When the user wishes to stop, and where dust or rays are not those that the sweep needs.
+    /// On interruption by the user, and where dust or rays are not those that the sweep needs.
     pub fn sweep(
         &self,
         layer: &Layer,
