@@ -291,7 +291,7 @@ fn what_cannot_be_fitted_is_refused() {
     refused(scaled + &sky("83.82 -5.39"), "instrument.pixel_scale", "pixel scale");
     refused(scene.clone(), "star.0.position", "one number");
     refused(scene.clone(), "star.0.radius", "write the key in the scene");
-    refused(scene.clone(), "star.0.luminosity=1..5", "1000, the start value");
+    refused(scene.clone(), "star.0.luminosity=1..5", "the start value of star.0.luminosity, 1000, is outside of its bounds, 1 to 5");
     refused(scene.clone(), "display.exposure", "write the key in the scene");
     // A picture without errors needs an instrument.
     image.save(&path).unwrap();

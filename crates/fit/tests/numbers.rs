@@ -215,7 +215,7 @@ fn what_cannot_be_told_is_said() {
     let error = fit(&mut idle, &data, &free("a, star.0.x"), &[50.0, 5.0], &Control::default()).unwrap_err().to_string();
     assert!(error.contains("star.0.x") && error.contains("depend"), "{error}");
     let error = fitted(&data, &free("a=0..10, t, b"), &[50.0, 1.0, 0.0], None).unwrap_err().to_string();
-    assert!(error.contains("50, the start value"), "{error}");
+    assert!(error.contains("the start value of a, 50,"), "{error}");
     let stopped = Control::default();
     stopped.interrupt();
     assert!(fit(&mut Decay { knows: None, calls: 0 }, &data, &free("a, t, b"), &[50.0, 1.0, 0.0], &stopped).is_err());
