@@ -198,9 +198,9 @@ class Sphere(Field):
     Parameters
     ----------
     centre : position, default 0 0 0 pc
-        Its middle.
+        Centre of the sphere.
     radius : length
-        Its radius.
+        Radius of the sphere.
 
     Raises
     ------
@@ -221,9 +221,9 @@ class Box(Field):
     Parameters
     ----------
     low : position
-        Its lowest corner.
+        Lowest corner.
     high : position
-        Its highest corner.
+        Highest corner.
 
     Raises
     ------
@@ -244,7 +244,7 @@ class Plummer(Field):
     Parameters
     ----------
     centre : position, default 0 0 0 pc
-        Its middle.
+        Centre of the cluster.
     core : length
         The Plummer radius a.
     cut : length, default 5 core
@@ -269,7 +269,7 @@ class Shell(Field):
     Parameters
     ----------
     centre : position, default 0 0 0 pc
-        Its middle.
+        Centre of the shell.
     radius : length
         Radius of the wall, whose density is 1; a growing shell keeps its mass if `scale` decreases with radius²
         thickness.
@@ -295,9 +295,9 @@ class Slab(Field):
     Parameters
     ----------
     centre : position, default 0 0 0 pc
-        A point on its middle plane, and centre of the cube.
+        Centre of the cube, on the middle plane.
     normal : direction, default [0, 0, 1]
-        Its normal.
+        Normal of the planes.
     thickness : length
         Distance of the planes.
     extent : length
@@ -333,7 +333,7 @@ class Turbulence(Field):
     low : position, default -1 -1 -1 pc
         Lower corner of the box; the field is periodic in it.
     high : position, default 1 1 1 pc
-        Its upper corner.
+        Upper corner of the box.
     voxels : integer, default 128
         Voxels along the longest edge; more voxels add finer waves and keep the others.
     outer_scale : length, default half of the shortest edge
@@ -345,7 +345,7 @@ class Turbulence(Field):
     plasma_beta : number, default no magnetic field
         Thermal over magnetic pressure.
     slope : number, default 3.667
-        N of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010).
+        n of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010).
 
     Raises
     ------
@@ -414,7 +414,7 @@ class Stereo(Table):
     convergence : length, default to the target
         Distance of the screen plane; nearer objects appear in front of it.
     arrangement : text, default over_under
-        Over_under (left eye on top) or side_by_side; `%V` in an output name writes a file per eye.
+        over_under (left eye on top) or side_by_side; `%V` in an output name writes a file per eye.
     pole_merge : list of texts, default ["60 deg", "75 deg"]
         In 360° images, altitudes between which both eyes merge.
 
@@ -900,7 +900,7 @@ class Albedo(Table):
     Kinds
     -----
     constant
-        The same at every wavelength; short form: albedo = 0.6.
+        Constant over wavelength; short form: albedo = 0.6.
     linear
         Value + slope (lambda - at)/100 nm, clipped to 0 to 1.
     file
@@ -1267,7 +1267,7 @@ class Emission(Table):
     electron_density : number density
         100 to 1e4 cm-3. Of kind ion, recombination, required there.
     abundance : number
-        N_ion / n_H. Of kind ion.
+        n_ion / n_H. Of kind ion.
     list : text
         Name in the catalogue `line-lists`. Of kind line_list, required there.
     file : path
@@ -1587,7 +1587,7 @@ class Detail(Table):
     deviation : number, default measured on each grid
         Deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough.
     slope : number, default measured on each grid
-        N of the spectrum k^-n; 3.667 is Kolmogorov's.
+        n of the spectrum k^-n; 3.667 is Kolmogorov's.
 
     Raises
     ------
@@ -1700,7 +1700,7 @@ class Band(Table):
     half_width : wavelength
         Distance of its zeros from the centre. Of kind cos2, required there.
     coefficients : list of numbers
-        C_0, c_1, . Of kind polynomial, required there.
+        c_0, c_1, . Of kind polynomial, required there.
     low : wavelength
         Lower end. Of kind polynomial, required there.
     high : wavelength
