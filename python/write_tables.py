@@ -115,8 +115,10 @@ def titled(name: str) -> str:
 
 
 def sentence(text: str) -> str:
-    text = text.strip().rstrip(".")
-    return (text if re.match(r"(?!a\b)\w\b|\w+_", text) else text[:1].upper() + text[1:]) + "."
+    """A text with a capital, unless it begins with a symbol, and a full stop."""
+    text = text.strip()
+    text = text if re.match(r"(?!a\b)\w\b|\w+_", text) else text[:1].upper() + text[1:]
+    return text if text.endswith("...") else text.rstrip(".") + "."
 
 
 def wrapped(text: str, indent: str) -> str:

@@ -1700,7 +1700,7 @@ class Band(Table):
     half_width : wavelength
         Distance of its zeros from the centre. Of kind cos2, required there.
     coefficients : list of numbers
-        c_0, c_1, . Of kind polynomial, required there.
+        c_0, c_1, ... Of kind polynomial, required there.
     low : wavelength
         Lower end. Of kind polynomial, required there.
     high : wavelength
