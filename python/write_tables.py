@@ -117,7 +117,7 @@ def titled(name: str) -> str:
 def sentence(text: str) -> str:
     """A text with a capital, unless it begins with a symbol, and a full stop."""
     text = text.strip()
-    text = text if re.match(r"(?!a\b)\w\b|\w+_", text) else text[:1].upper() + text[1:]
+    text = text if re.match(r"(?!a\b)\w\b|\w*[\d_(]", text) else text[:1].upper() + text[1:]
     return text if text.endswith("...") else text.rstrip(".") + "."
 
 
@@ -128,7 +128,8 @@ def wrapped(text: str, indent: str) -> str:
 def parameters(row: Row, keys: list[Key], kinds: dict[str, list[str]], indent: str) -> list[str]:
     lines = [f"{indent}Parameters", f"{indent}----------"]
     for key in keys:
-        default = "" if key.default is None or kinds.get(key.name) else f", default {key.default}" if key.default else ""
+        condition = key.default and ("is required" in key.default or key.default.startswith("required"))
+        default = "" if not key.default or kinds.get(key.name) else f", {key.default}" if condition else f", default {key.default}"
         lines.append(f"{indent}{key.name} : {key.value}{default}")
         needed = "" if key.default is not None or not kinds.get(key.name) else ", required there"
         of_kinds = f" Of kind {', '.join(kinds[key.name])}{needed}." if kinds.get(key.name) else ""

@@ -61,7 +61,7 @@ for column, ((name, *_), left) in enumerate(zip(INSTRUMENTS, fit.residuals)):
     band = left.bands[1]
     axes[0, column].imshow(plt.imread(f"{name}.png"))
     axes[1, column].imshow(np.asarray(left[band]) / np.asarray(left[f"{band}_error"]), vmin=-5, vmax=5, cmap="RdBu_r")
-    axes[1, column].text(6, 18, f"{band}: data less model, ±5 σ", fontsize=9)
+    axes[1, column].text(6, 18, f"{band}: data minus model, ±5 σ", fontsize=9)
     for axis in axes[:, column]:
         axis.axis("off")
 figure.savefig("fitted.jpg", dpi=110)

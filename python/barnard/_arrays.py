@@ -25,7 +25,7 @@ def taken(values: Any, key: str, copy: bool, clip: bool = False) -> tuple[np.nda
     Raises
     ------
     SceneError
-        Where it is no array of three axes, empty, masked, or of numbers that no density can be.
+        If it is no array of three axes, empty, masked, or of numbers that no density can be.
     """
     if np.ma.isMaskedArray(values):
         if clip:

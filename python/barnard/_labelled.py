@@ -25,7 +25,7 @@ def unfolded(values: Any, key: str) -> tuple[Any, dict[str, str]]:
     Raises
     ------
     SceneError
-        Where dimensions are not x, y and z, coordinates are uneven, or a unit is unknown.
+        If dimensions are not x, y and z, coordinates are uneven, or a unit is unknown.
     """
     names = {str(name).lower(): name for name in values.dims}
     if set(names) != set(AXES):

@@ -152,7 +152,7 @@ def said(value: Any, kind: str, key: str) -> Any:
     Raises
     ------
     SceneError
-        Where it is none, or has no unit, or another one; the message says what would be right.
+        If it is none, or has no unit, or another one; the message says what would be right.
     """
     if kind == "position":
         return _position(value, key)

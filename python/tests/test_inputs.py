@@ -494,7 +494,7 @@ KERNELS = [
     ("float32.npy", lambda path: np.save(path, SPREAD[None].astype("f4")), {}, SPREAD),
     ("fortran.npy", lambda path: np.save(path, np.asfortranarray(np.array([SPREAD, SPREAD]))), {}, "in C order"),
     ("hdu.npy", lambda path: np.save(path, SPREAD[None]), {"hdu": "1"}, "remove hdu"),
-    ("missing.fits", lambda path: None, {}, "cannot be read"),
+    ("missing.fits", lambda path: None, {}, "does not exist"),
 ]
 
 

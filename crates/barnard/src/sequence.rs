@@ -59,7 +59,7 @@ impl Sequence {
     /// The sequence of a scene that was read from a tree by a loader.
     ///
     /// # Errors
-    /// Where nothing of the scene changes, and no `[sequence]` says how long it stands still.
+    /// If nothing of the scene changes, and no `[sequence]` says how long it stands still.
     pub fn new(tree: Table, loader: Loader, scene: &Scene) -> Result<Self> {
         let missing = || {
             let what = format!("a timeline of scene \"{}\"", scene.name);
@@ -93,7 +93,7 @@ impl Sequence {
     /// What is wrong with a star of a scene of it whose light changes faster than light crosses the cloud; none where no star does.
     ///
     /// # Errors
-    /// Where what the scene says at a moment cannot be read.
+    /// If what the scene says at a moment cannot be read.
     pub fn missing_echo(&self, scene: &Scene) -> Result<Option<String>> {
         Film { timeline: &self.timeline, tree: &self.tree, time: 0.0 }.missing_echo(scene, &self.loader)
     }

@@ -56,6 +56,11 @@ struct Cli {
     verb: Option<verbs::Verb>,
 }
 
+/// A count with its noun: "1 band", "3 bands".
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// True if details are requested.
 static IS_VERBOSE: AtomicBool = AtomicBool::new(false);
 

@@ -51,22 +51,22 @@ pub fn control_with(note: &Note) -> anyhow::Result<Control> {
 static CURRENT: Mutex<Option<Control>> = Mutex::new(None);
 
 fn with_bar(note: Note) -> Control {
-    let style = ProgressStyle::with_template("{msg:12} {bar:40.cyan/black} {percent:>3} %  {eta} left  {prefix}")
+    let style = ProgressStyle::with_template("{msg:12} {bar:40.cyan/black} {percent:>3} %  {prefix}")
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .progress_chars("█▉▊▋▌▍▎▏ ");
-    let bar = Mutex::new(None::<(Stage, ProgressBar)>);
+    let bar = Mutex::new(None::<(Stage, ProgressBar, Instant)>);
     Control::with_listener(move |stage, done, all| {
         let Ok(mut current) = bar.lock() else { return };
-        if current.as_ref().is_none_or(|(s, _)| *s != stage) {
-            if let Some((_, old)) = current.take() {
+        if current.as_ref().is_none_or(|(s, ..)| *s != stage) {
+            if let Some((_, old, _)) = current.take() {
                 old.finish_and_clear();
             }
-            *current = Some((stage, ProgressBar::new(all).with_style(style.clone()).with_message(words(stage))));
+            *current = Some((stage, ProgressBar::new(all).with_style(style.clone()).with_message(words(stage)), Instant::now()));
         }
-        if let Some((_, bar)) = current.as_ref() {
+        if let Some((_, bar, since)) = current.as_ref() {
             bar.set_length(all);
             bar.set_position(done.max(bar.position()));
-            bar.set_prefix(note.words());
+            bar.set_prefix(format!("{}{}", time_left(since.elapsed(), done as f64 / all.max(1) as f64), note.words()));
             if done >= all {
                 bar.finish_and_clear();
             }
@@ -74,7 +74,7 @@ fn with_bar(note: Note) -> Control {
     })
 }
 
-/// A line at most every ten seconds, with how long the stage takes yet if it goes on as it went.
+/// A line at most every ten seconds, with the remaining time of the stage.
 fn with_lines(note: Note) -> Control {
     let state = Mutex::new((Instant::now(), None::<(Stage, Instant)>));
     Control::with_listener(move |stage, done, all| {
@@ -87,9 +87,16 @@ fn with_lines(note: Note) -> Control {
         if last.elapsed() > Duration::from_secs(10) {
             *last = Instant::now();
             let share = (done as f64 / all.max(1) as f64).min(1.0);
-            let left = since.elapsed().as_secs_f64() * (1.0 - share) / share.max(1e-6);
-            let left = if share > 0.01 { format!(", about {left:.0} s left") } else { String::new() };
-            complain!("{}: {:.0} %{left} {}", words(stage), 100.0 * share, note.words());
+            complain!("{}: {:.0} %  {}{}", words(stage), 100.0 * share, time_left(since.elapsed(), share), note.words());
         }
     })
+}
+
+/// The remaining time of a stage in words; nothing at its beginning, where an estimate would be far off.
+fn time_left(elapsed: Duration, share: f64) -> String {
+    if elapsed < Duration::from_secs(2) || share < 0.05 {
+        return String::new();
+    }
+    let seconds = elapsed.as_secs_f64() * (1.0 - share.min(1.0)) / share;
+    if seconds < 90.0 { format!("about {seconds:.0} s left  ") } else { format!("about {:.0} min left  ", seconds / 60.0) }
 }

@@ -138,6 +138,12 @@ impl SceneArgs {
         }
     }
 
+    /// The overrides that are no keys of the scene, in words.
+    pub fn overrides(&self) -> String {
+        let Self { method, accuracy, steps, count, bounces, bookmark, size, crop, .. } = self;
+        serde_json::json!([method, accuracy, steps, count, bounces, bookmark, size, crop]).to_string()
+    }
+
     /// A scene with the overrides.
     pub fn adjusted(&self, scene: Scene, memory_limit: u64) -> anyhow::Result<Scene> {
         let mut scene = self.uncropped(scene)?;

@@ -103,7 +103,7 @@ pub const CATALOGUES: &[Catalogue] = &[
         rows: || rows(formats::WRITERS.iter().map(|w| (w.extension, w.summary))),
     },
     Catalogue {
-        name: "grid_writers",
+        name: "grid-writers",
         summary: "file formats of `barnard convert`",
         rows: || rows(formats::GRID_WRITERS.iter().map(|w| (w.extension, w.summary))),
     },
@@ -113,7 +113,7 @@ impl Catalogue {
     /// The catalogue called `name`.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If there is none.
     pub fn named(name: &str) -> Result<&'static Catalogue> {
         let known: Vec<&str> = CATALOGUES.iter().map(|c| c.name).collect();
         Ok(CATALOGUES.iter().find(|c| c.name == name).ok_or_else(|| SpectraError::unknown("catalogue", name, &known))?)

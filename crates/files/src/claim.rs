@@ -20,7 +20,7 @@ impl Claim {
     /// Claims the file at `path`; none where another process has.
     ///
     /// # Errors
-    /// Where nothing can be written beside it.
+    /// If nothing can be written beside it.
     pub fn of(path: &Path) -> Result<Option<Self>> {
         let own = beside(path);
         for _ in 0..TRIES {

@@ -18,7 +18,7 @@ use crate::formats::{self, Request};
 /// Writes `film` down, whole or not at all.
 ///
 /// # Errors
-/// Where the file cannot be written.
+/// If the file cannot be written.
 pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Result<()> {
     let first = first_paths(scene, options)?;
     let bands = scene.bands.len() as u64;
@@ -38,7 +38,7 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
 /// Reads what [`save`] wrote of the same scene with the same bounces and seed.
 ///
 /// # Errors
-/// Where it is of another scene, or no such file.
+/// If it is of another scene, or no such file.
 pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) -> Result<Film> {
     let archive = Archive::open(path, memory_limit)?;
     let shape = [scene.bands.len() as u64, scene.camera.height as u64, scene.camera.width as u64];

@@ -30,7 +30,7 @@ const MOST: f64 = 1024.0;
 /// Writes plates down, whole or not at all.
 ///
 /// # Errors
-/// Where the file cannot be written.
+/// If the file cannot be written.
 pub fn save(path: &Path, plates: &Plates) -> Result<()> {
     replace_by(path, |out| {
         let mut zip = zip::ZipWriter::new(std::io::BufWriter::new(out));
@@ -92,7 +92,7 @@ fn write(zip: &mut zip::ZipWriter<impl Write + std::io::Seek>, record: &Record) 
 /// Reads what [`save`] wrote; each array may take `memory_limit` bytes.
 ///
 /// # Errors
-/// Where the file is no such, or its numbers cannot be.
+/// If the file is no such, or its numbers cannot be.
 pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
     let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     let archive = Archive { file: Arc::new(file), path, memory_limit };

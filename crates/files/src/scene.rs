@@ -58,7 +58,7 @@ impl SceneFile {
     /// Variant with other values of some keys, such as "star\[0\].temperature", in place of the file's.
     ///
     /// # Errors
-    /// Errors of [`load_by`], and where the scene can have no such key.
+    /// Errors of [`load_by`], and if the scene can have no such key.
     pub fn open_with(path: &Path, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
         let text = read_text(path)?;
         // What a scene from a pipe names is in the working folder.
@@ -84,7 +84,7 @@ impl SceneFile {
     /// Variant with other values of some keys.
     ///
     /// # Errors
-    /// Errors of [`parse`](Self::parse), and where the scene can have no such key.
+    /// Errors of [`parse`](Self::parse), and if the scene can have no such key.
     pub fn parse_with(file: &str, name: &str, mut text: String, changes: &[Change], loader: Loader) -> Result<Self> {
         let mut tree = toml::properties(file, &text)?;
         for Change { key, value } in changes {
@@ -112,7 +112,7 @@ impl SceneFile {
     /// The frames of the scene, where it changes.
     ///
     /// # Errors
-    /// Where nothing of it does.
+    /// If nothing of it does.
     pub fn sequence(&self) -> Result<Sequence> {
         Sequence::new(self.tree.clone(), self.loader.clone(), &self.scene)
     }
@@ -121,7 +121,7 @@ impl SceneFile {
 /// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
 ///
 /// # Errors
-/// Where the file cannot be read or is no scene; file, line and key are said.
+/// If the file cannot be read or is no scene; file, line and key are said.
 pub fn load(path: &Path, memory_limit: u64) -> Result<Scene> {
     load_by(path, memory_limit, Loader::clone)
 }
@@ -137,7 +137,7 @@ pub fn load_by(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) ->
 /// The text of the scene file at `path`.
 ///
 /// # Errors
-/// Where it cannot be read, or is too long or no UTF-8.
+/// If it cannot be read, or is too long or no UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     let bytes = read_limited(path, LONGEST)?;
     String::from_utf8(bytes).map_err(|_| Error::file(path, "is not UTF-8 text; a scene must be a TOML file"))

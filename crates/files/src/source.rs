@@ -11,7 +11,7 @@ use barnard::error::{Error, Result};
 use barnard::memory;
 use spectra::curve::Columns;
 
-use crate::formats::{open, read_array, read_file, read_picture, replace};
+use crate::formats::{open, read_array, read_file, read_picture, replace, unreadable};
 use crate::{columns, paths, text_table};
 
 /// Files by name, each with what gives its bytes.
@@ -69,7 +69,7 @@ impl SceneFiles {
     /// Writes the files that are compiled in and were read into `folder`, those that are not there yet.
     ///
     /// # Errors
-    /// Where one cannot be written, or another file stands in its place.
+    /// If one cannot be written, or another file stands in its place.
     pub fn write_embedded(&self, folder: &Path) -> Result<()> {
         let unpacked = self.unpacked.lock().map(|names| names.clone()).unwrap_or_default();
         for (name, bytes) in self.embedded.iter().filter(|(name, _)| unpacked.contains(name)) {
@@ -176,10 +176,10 @@ pub(crate) fn is_stream(path: &Path) -> bool {
 /// Reads a file after a look at its size, or a pipe to its end.
 ///
 /// # Errors
-/// Where it is none, cannot be read, or has more than `limit` bytes.
+/// If it is none, cannot be read, or has more than `limit` bytes.
 pub fn read_limited(path: &Path, limit: u64) -> Result<Vec<u8>> {
     use std::io::Read;
-    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
+    let failed = |e: std::io::Error| unreadable(path, &e);
     let mut bytes = Vec::new();
     if is_stream(path) {
         // A pipe does not tell how much will come.

@@ -16,7 +16,7 @@ const MAX_LINE: u64 = 1 << 20;
 /// that is allowed are not read.
 ///
 /// # Errors
-/// Where the source cannot be read, is no UTF-8 or has endless lines, there are no column names or rows, or a row has
+/// If the source cannot be read, is no UTF-8 or has endless lines, there are no column names or rows, or a row has
 /// more or fewer cells.
 pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTable> {
     let wrong = |line: usize, message: String| {

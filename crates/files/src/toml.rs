@@ -10,7 +10,7 @@ use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError};
 /// The tree that `text` is; `file` is its name in messages.
 ///
 /// # Errors
-/// Where it is no TOML, or holds a date, which no key of a scene is.
+/// If it is no TOML, or holds a date, which no key of a scene is.
 pub fn properties(file: &str, text: &str) -> Result<Table> {
     let source = Source::new(file, text);
     let document = Document::parse(text).map_err(|e| source.error(e.span(), "TOML", e.message().trim()))?;

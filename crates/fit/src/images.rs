@@ -69,9 +69,9 @@ struct Set {
 pub struct Residuals {
     /// The name of its file.
     pub name: String,
-    /// The bands of the image, data less model, with standard errors; NaN where pixels do not count.
+    /// The bands of the image, data minus model, with standard errors; NaN where pixels do not count.
     pub image: Image,
-    /// Data less model in standard errors of each band.
+    /// Data minus model in standard errors of each band.
     pub normalised: Vec<(String, Vec<f64>)>,
 }
 
@@ -85,7 +85,7 @@ impl Images {
     /// Reads data and finds parameters in a scene that is `tree`; what the scene says of each is where the fit begins.
     ///
     /// # Errors
-    /// Where data cannot be read, have other pixels or passbands than the scene's, or no standard errors though the scene has no instrument,
+    /// If data cannot be read, have other pixels or passbands than the scene's, or no standard errors though the scene has no instrument,
     /// and where the scene says no number for a parameter.
     pub fn new(
         tree: Table,
@@ -144,7 +144,7 @@ impl Images {
     /// The tree of the scene with some values of the parameters.
     ///
     /// # Errors
-    /// Where one cannot be set.
+    /// If one cannot be set.
     pub fn tree(&self, values: &[f64]) -> Result<Table> {
         let mut tree = self.tree.clone();
         self.held.iter().zip(values).try_for_each(|(held, value)| held.set(&mut tree, *value))?;

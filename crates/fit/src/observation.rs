@@ -21,6 +21,7 @@ pub struct Observation {
 
 /// The pixels of an image.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum Data {
     /// A FITS file: an image HDU for each passband by its name, with standard errors as NAME_error or ERR, and a mask as mask.NAME, DQ or
     /// MASK where there is one. One HDU of several is chosen as in `name.fits[SCI]`, `name.fits[SCI,2]` or `name.fits[1]`.
@@ -44,6 +45,7 @@ pub struct Held {
 
 /// Values of pixels in memory.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum Values {
     /// Planes of a picture, which know their unit and place.
     Planes(Observed),
@@ -135,7 +137,7 @@ impl Data {
 /// The planes of a picture in the unit of its observation, its standard errors and masks among them, as its file would have them.
 ///
 /// # Errors
-/// Where it cannot be written as FITS.
+/// If it cannot be written as FITS.
 pub fn planes_of(image: &Image) -> Result<Observed> {
     let (sky, unit) = (sky_of(image)?, image.observation.map(|own| own.unit).unwrap_or_default());
     let plane = |name: String, unit: Option<String>, values: Vec<f64>| Plane { hdu: 0, name, version: 1, unit, values, sky: sky.clone() };

@@ -2,7 +2,8 @@
 
 use barnard::error::{Error, Result};
 use barnard::properties::places::{get, set};
-use barnard::properties::{Form, Table};
+use barnard::properties::{Form, Table, Value};
+use barnard::spectra::error::nearest;
 
 /// A number of a scene that is free.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +20,7 @@ pub struct Parameter {
 /// be and a prior where one is known, in the units in which the scene says them.
 ///
 /// # Errors
-/// Where a part of it says something else, or a key stands there twice.
+/// If a part of it says something else, or a key stands there twice.
 pub fn parameters(text: &str) -> Result<Vec<Parameter>> {
     let parameters: Vec<Parameter> = text.split(',').map(|part| part.trim().parse()).collect::<Result<_>>()?;
     if let Some(twice) = parameters.iter().enumerate().find(|(i, own)| parameters[..*i].iter().any(|other| other.key == own.key)) {
@@ -71,7 +72,15 @@ impl Held {
     pub fn of(tree: &Table, parameter: &Parameter) -> Result<(Self, f64)> {
         let wrong = |problem: String| Error::conflict(format!("free parameter {}: {problem}", parameter.key), "free keys have one number");
         let found = get(tree, &parameter.key).map_err(wrong)?;
-        let missing = || Error::missing(format!("a start value of {}", parameter.key), "write the key in the scene");
+        let missing = || {
+            let (table, key) = parameter.key.rsplit_once('.').unwrap_or(("", &parameter.key));
+            let siblings = match get(tree, table).ok().flatten().map(|property| &property.value) {
+                Some(Value::Table(table)) => table.iter().map(|(key, _)| key).collect(),
+                _ => Vec::new(),
+            };
+            let hint = nearest(key, siblings).map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default();
+            Error::missing(format!("a start value of {}", parameter.key), format!("write the key in the scene{hint}"))
+        };
         let found = found.ok_or_else(missing)?;
         match Form::of(&found.value) {
             Some((form, numbers)) if numbers.len() == 1 => Ok((Self { key: parameter.key.clone(), form }, numbers[0])),

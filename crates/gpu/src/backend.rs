@@ -64,7 +64,7 @@ impl OnDevice {
     /// The best adapter of this machine.
     ///
     /// # Errors
-    /// Where there is none, or it does not open.
+    /// If there is none, or it does not open.
     pub fn open(tuning: Tuning) -> Result<Self> {
         Ok(Self::new(Gpu::open()?, tuning))
     }

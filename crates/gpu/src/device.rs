@@ -99,7 +99,7 @@ impl Gpu {
     /// The best adapter of this machine: a real one if there is one, software otherwise.
     ///
     /// # Errors
-    /// Where there is none, or it does not open.
+    /// If there is none, or it does not open.
     pub fn open() -> Result<Self> {
         Self::opened(|adapter| adapter.limits())
     }

@@ -159,7 +159,7 @@ impl Renderer {
     /// the device's seconds for it, where it tells.
     ///
     /// # Errors
-    /// Where the plan has no such star, or no star depths, and where the device gives up; the star stays where it was
+    /// If the plan has no such star, or no star depths, and if the device gives up; the star stays where it was
     /// then.
     pub fn move_star(&mut self, star: usize, place: DVec3) -> Result<Option<f64>> {
         let space = self.volumes.space.clone();
@@ -191,7 +191,7 @@ impl Renderer {
     /// many passes there are.
     ///
     /// # Errors
-    /// Where the picture is larger than the device holds at once, the device gives up, or on interruption by the user.
+    /// If the picture is larger than the device holds at once, the device gives up, or on interruption by the user.
     pub fn refine(&mut self, control: &Control) -> Result<u32> {
         self.whole()?;
         // Whatever stops it, rows of two kinds do not mix: the next one starts anew.
@@ -211,7 +211,7 @@ impl Renderer {
     /// The picture on the device as display colours: a texture of sRGB values, rgba8unorm.
     ///
     /// # Errors
-    /// Where the picture is larger than the device holds at once, or the device gives up.
+    /// If the picture is larger than the device holds at once, or the device gives up.
     pub fn resolve(&mut self, tone: &Tone) -> Result<&wgpu::Texture> {
         self.whole()?;
         let [width, height, ..] = self.layout.frame.size;
@@ -230,7 +230,7 @@ impl Renderer {
     /// The pixels that [`resolve`](Self::resolve) made last, height × width × RGBA; nothing before that.
     ///
     /// # Errors
-    /// Where the device gives up.
+    /// If the device gives up.
     pub fn pixels(&self) -> Result<Vec<u8>> {
         self.resolver.as_ref().map_or(Ok(Vec::new()), |r| r.pixels(&self.gpu))
     }
@@ -244,7 +244,7 @@ impl Renderer {
     /// Band radiances of the extended light alone, bands × height × width [W m⁻² sr⁻¹], and what was found.
     ///
     /// # Errors
-    /// Where the device gives up, or on interruption by the user.
+    /// If the device gives up, or on interruption by the user.
     pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
         let [width, height, ..] = self.layout.frame.size.map(|n| n as usize);
         let (bands, rays) = (self.layout.shape.bands(), self.layout.supersampling.pow(2));

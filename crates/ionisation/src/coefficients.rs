@@ -16,6 +16,7 @@ const METALS: usize = ELEMENTS - 2;
 /// The places of coefficients of hydrogen and helium behind those of metals.
 #[derive(Debug, Clone, Copy)]
 #[repr(usize)]
+#[non_exhaustive]
 pub enum Of {
     /// H⁺ to all levels but the ground \[cm³ s⁻¹\], and the kinetic energy that it takes \[erg cm³ s⁻¹\].
     CaseB,

@@ -64,7 +64,7 @@ impl Cloud<'_> {
     /// as many voxels along each edge.
     ///
     /// # Errors
-    /// Where the cloud or the stars are none that there can be, or take more memory than is allowed, or `watch` has had enough.
+    /// If the cloud or the stars are none that there can be, or take more memory than is allowed, or `watch` has had enough.
     pub fn ionised(&self, stars: &[Star], settings: &Settings, quantities: &[Quantity], watch: Watch) -> Result<Ionised, IonisationError> {
         self.ionised_by(None, stars, settings, quantities, watch)
     }

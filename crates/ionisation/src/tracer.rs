@@ -62,6 +62,7 @@ impl Light {
 
 /// Why there is no next turn.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum Failure {
     /// The listener has had enough.
     Stopped,
@@ -79,7 +80,7 @@ pub trait RayTracer: Debug + Send + Sync {
     /// Takes up a cloud and its stars.
     ///
     /// # Errors
-    /// Where they do not fit.
+    /// If they do not fit.
     fn start<'a>(&self, task: Task<'a>) -> Result<Box<dyn Turns + 'a>, Failure>;
 }
 
@@ -89,6 +90,6 @@ pub trait Turns {
     /// rates are those of the turn before; gives the part of each star's photons that leaves the cloud.
     ///
     /// # Errors
-    /// When the listener has had enough, and when a device gives up; rates are as they were then, but for the processor's.
+    /// If the listener has had enough, and when a device gives up; rates are as they were then, but for the processor's.
     fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> Result<Vec<f64>, Failure>;
 }

@@ -13,7 +13,7 @@ static KEPT: Mutex<Option<HashMap<String, Box<dyn Backend>>>> = Mutex::new(None)
 /// Does `work` with the back end of a name: one that is open, or another where somebody works with that.
 ///
 /// # Errors
-/// Where there is none of this name, or its device does not open, and those of `work`.
+/// If there is none of this name, or its device does not open, and those of `work`.
 pub fn with<T>(name: &str, scene: &Scene, work: impl FnOnce(&mut dyn Backend) -> Result<T>) -> Result<T> {
     let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner).as_mut().and_then(|kept| kept.remove(name));
     let registry = registry();

@@ -41,7 +41,7 @@ impl Domain {
     /// Wavelengths of `domain_um`, from the lowest to the highest, weighted by `weight`(λ): one, or a filter.
     ///
     /// # Errors
-    /// Where the interval has no width, or k or the weight are no numbers in it.
+    /// If the interval has no width, or k or the weight are no numbers in it.
     pub fn new(domain_um: (f64, f64), k: impl Fn(f64) -> f64, weight: impl Fn(f64) -> f64) -> Result<Self> {
         let (low, high) = domain_um;
         if !(low >= 0.0 && low < high && high.is_finite()) {
@@ -115,7 +115,7 @@ impl Basis {
     /// The elements e^(−d k) for given exponents; an error where they are dependent to working precision.
     ///
     /// # Errors
-    /// Where the exponents are dependent to working precision.
+    /// If the exponents are dependent to working precision.
     pub fn of(domain: &Domain, exponents: &[f64], range: f64) -> Result<Self> {
         let mut exponents = exponents.to_vec();
         exponents.sort_by(f64::total_cmp);
@@ -146,7 +146,7 @@ impl Basis {
     /// The best exponents for 0 ≤ a ≤ `range`.
     ///
     /// # Errors
-    /// Where no basis of that size is independent to working precision over the domain.
+    /// If no basis of that size is independent to working precision over the domain.
     pub fn optimal(domain: &Domain, range: f64, size: usize, criterion: Criterion) -> Result<Self> {
         if !(1..=MAX_SIZE).contains(&size) {
             return Err(SpectraError::Fit(format!("a basis of {size} elements is out of range; use 1 to {MAX_SIZE}")));

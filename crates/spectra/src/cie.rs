@@ -9,7 +9,7 @@ use crate::table::Table;
 /// The colour matching functions x̄, ȳ, z̄ over λ \[µm\].
 ///
 /// # Errors
-/// Where the embedded tables are broken, which a test rules out.
+/// If the embedded tables are broken, which a test rules out.
 pub fn matching_functions() -> Result<&'static [Table; 3]> {
     static FUNCTIONS: OnceLock<Result<[Table; 3]>> = OnceLock::new();
     let functions = FUNCTIONS.get_or_init(|| {

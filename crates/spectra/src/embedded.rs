@@ -6,7 +6,7 @@ use crate::error::{Result, SpectraError};
 /// Rows of at least `columns` numbers out of text, as [`Columns::parse`] reads it; errors name `name` and the line.
 ///
 /// # Errors
-/// Where the text holds no such rows.
+/// If the text holds no such rows.
 pub fn rows(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
     let rows = Columns::parse(name, text)?.rows;
     match rows.iter().find(|(_, row)| row.len() < columns) {
@@ -21,7 +21,7 @@ pub const PROVENANCE: [&str; 5] = ["source", "reference", "licence", "date", "co
 /// Checks that an embedded file states where it comes from; gives the body back.
 ///
 /// # Errors
-/// Where source, reference, licence, date or columns are missing.
+/// If source, reference, licence, date or columns are missing.
 pub fn with_provenance<'a>(name: &str, text: &'a str) -> Result<&'a str> {
     for key in PROVENANCE {
         let start = format!("# {key}: ");
@@ -35,7 +35,7 @@ pub fn with_provenance<'a>(name: &str, text: &'a str) -> Result<&'a str> {
 /// Columns of an embedded file, after the check of its provenance.
 ///
 /// # Errors
-/// Where its provenance is missing or a row is broken.
+/// If its provenance is missing or a row is broken.
 pub fn embedded_columns(name: &str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>> {
     let rows = rows(name, with_provenance(name, text)?, columns)?;
     Ok((0..columns).map(|c| rows.iter().map(|r| r[c]).collect()).collect())

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum SpectraError {
     /// A quantity that does not parse.
-    #[error("\"{text}\" is not a {quantity}: {reason}; write it like \"{example}\"")]
+    #[error("\"{text}\" is not {} {quantity}: {reason}; write it like \"{example}\"", article(quantity))]
     Quantity {
         /// The text that was written.
         text: String,
@@ -17,7 +17,7 @@ pub enum SpectraError {
         example: &'static str,
     },
     /// A name that a catalogue does not hold.
-    #[error("unknown {noun} \"{name}\"{}; known: {known}", nearest_hint(nearest))]
+    #[error("unknown {noun} \"{name}\"{}; {known}", nearest_hint(nearest))]
     Unknown {
         /// The noun of the catalogue, such as a passband.
         noun: &'static str,
@@ -25,7 +25,7 @@ pub enum SpectraError {
         name: String,
         /// The nearest name that exists.
         nearest: Option<String>,
-        /// All names, or their number where they are many.
+        /// All names, or their number if they are many.
         known: String,
     },
     /// A value outside of the range in which it means something.
@@ -77,6 +77,11 @@ pub enum SpectraError {
     Rule(String),
 }
 
+/// The indefinite article of a noun.
+pub fn article(noun: &str) -> &'static str {
+    if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
+}
+
 fn nearest_hint(nearest: &Option<String>) -> String {
     nearest.as_ref().map(|n| format!(", did you mean \"{n}\"?")).unwrap_or_default()
 }
@@ -99,7 +104,11 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 impl SpectraError {
     /// The error for a `name` that is not among `known`; long catalogues are named, not printed.
     pub fn unknown(noun: &'static str, name: &str, known: &[&str]) -> Self {
-        let listing = if known.len() > 24 { format!("{} entries", known.len()) } else { known.join(", ") };
+        let listing = match known.len() {
+            0 => format!("there is no {noun}"),
+            1..=24 => format!("known: {}", known.join(", ")),
+            count => format!("`barnard list` shows all {count}"),
+        };
         SpectraError::Unknown { noun, name: name.to_owned(), nearest: nearest(name, known.iter().copied()), known: listing }
     }
 

@@ -63,7 +63,7 @@ pub const LINE_LISTS: &[LineListEntry] = &[
 /// The lines of the list called `name`, Hβ = 1.
 ///
 /// # Errors
-/// Where there is no such list.
+/// If there is no such list.
 pub fn line_list(name: &str) -> Result<Spectrum> {
     let known: Vec<&str> = LINE_LISTS.iter().map(|l| l.name).collect();
     let entry = LINE_LISTS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("line list", name, &known))?;
@@ -102,7 +102,7 @@ pub fn ions() -> Vec<&'static str> {
 /// The lines of `ion` at T and n_e [W m⁻³ sr⁻¹ for n_e n_ion = 1 cm⁻⁶].
 ///
 /// # Errors
-/// Where there is no such ion, or T or n_e lie outside of its table.
+/// If there is no such ion, or T or n_e lie outside of its table.
 pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) -> Result<Spectrum> {
     let all = labelled_rows("line_emissivities", EMISSIVITIES)?;
     if !all.iter().any(|(i, _, _)| *i == ion) {
@@ -122,7 +122,7 @@ pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) 
 /// The recombination continuum of hydrogen at T and n_e [W m⁻³ sr⁻¹ µm⁻¹ for n_e n_H⁺ = 1 cm⁻⁶].
 ///
 /// # Errors
-/// Where T or n_e lie outside of the table.
+/// If T or n_e lie outside of the table.
 pub fn recombination_continuum(temperature: Temperature, electrons: NumberDensity) -> Result<Spectrum> {
     let body = with_provenance("continuum", CONTINUUM)?;
     let header = body.lines().find(|l| l.starts_with("wavelength_nm,")).unwrap_or_default();

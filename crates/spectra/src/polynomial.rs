@@ -62,7 +62,7 @@ impl Polynomial {
     /// The least-squares fit of `degree` to (λ \[µm\], value, weight), in Legendre polynomials over the interval.
     ///
     /// # Errors
-    /// Where there are fewer points than coefficients, or they are no numbers.
+    /// If there are fewer points than coefficients, or they are no numbers.
     pub fn fit(points: &[(f64, f64, f64)], degree: usize) -> Result<Fit> {
         let distinct = points.iter().zip(points.iter().skip(1)).filter(|(a, b)| a.0 < b.0).count() + 1;
         if degree > MAX_DEGREE || points.is_empty() || distinct <= degree {

@@ -105,7 +105,7 @@ impl Propagation {
     /// polynomials of so high a `degree`.
     ///
     /// # Errors
-    /// Where the spectra cannot be fitted.
+    /// If the spectra cannot be fitted.
     pub fn new(
         projection: &Projection,
         spectra: &[&dyn Fn(f64) -> f64],

@@ -165,7 +165,7 @@ impl Spectrum {
     /// Checks that the continua are known from `low_um` to `high_um`; the error names `what` asked.
     ///
     /// # Errors
-    /// Where they are not, with the interval in which they are.
+    /// If they are not, with the interval in which they are.
     pub fn check(&self, what: &str, low_um: f64, high_um: f64) -> Result<()> {
         for (_, shape) in &self.continua {
             let (low, high) = shape.range_um();

@@ -16,7 +16,7 @@ impl Table {
     /// A table of samples; `x` must be strictly ascending, all finite, at least two.
     ///
     /// # Errors
-    /// Where they are not, or the columns have different lengths.
+    /// If they are not, or the columns have different lengths.
     pub fn new(name: &str, x: Vec<f64>, y: Vec<f64>) -> Result<Self> {
         if x.len() < 2 || x.len() != y.len() {
             return Err(SpectraError::table(name, format!("requires at least two rows of two numbers, has {}", x.len())));

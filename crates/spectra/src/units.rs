@@ -24,7 +24,7 @@ pub trait Quantity: Copy + Sized {
     /// Reads "NUMBER UNIT".
     ///
     /// # Errors
-    /// Where the text has no number, an unknown unit or none, or is not finite.
+    /// If the text has no number, an unknown unit or none, or is not finite.
     fn parse(text: &str) -> Result<Self, SpectraError> {
         let (number, unit) = split(text.trim());
         let wrong = |reason: String| SpectraError::Quantity { text: text.to_owned(), quantity: Self::NAME, reason, example: Self::EXAMPLE };

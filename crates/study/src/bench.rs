@@ -46,7 +46,7 @@ pub struct Bench<'a> {
 /// Times each method that `backend` does on `scene`; `visit` hears each row as it comes.
 ///
 /// # Errors
-/// Where the scene cannot be planned or rendered, and on interruption by the user.
+/// If the scene cannot be planned or rendered, and on interruption by the user.
 pub fn table(backend: &mut dyn Backend, mut scene: Scene, bench: &Bench, control: &Control, mut visit: impl FnMut(Row)) -> Result<()> {
     // Errors are those of transport: functions are sampled first, the same for all.
     sample_functions(&mut scene, bench.options)?;

@@ -33,7 +33,7 @@ impl Corner {
     /// The figure as the text of an SVG file.
     ///
     /// # Errors
-    /// Where it cannot be drawn.
+    /// If it cannot be drawn.
     pub fn svg(&self) -> Result<String> {
         as_svg(self.size(), |area| self.draw(area))
     }
@@ -41,7 +41,7 @@ impl Corner {
     /// The figure as the bytes of a PNG file.
     ///
     /// # Errors
-    /// Where it cannot be drawn or encoded.
+    /// If it cannot be drawn or encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
         as_png(self.size(), |area| self.draw(area))
     }

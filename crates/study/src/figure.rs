@@ -127,7 +127,7 @@ impl Figure {
     /// The figure as the text of an SVG file.
     ///
     /// # Errors
-    /// Where it cannot be drawn.
+    /// If it cannot be drawn.
     pub fn svg(&self) -> Result<String> {
         as_svg(SIZE, |area| self.draw(area))
     }
@@ -135,7 +135,7 @@ impl Figure {
     /// The figure as the bytes of a PNG file.
     ///
     /// # Errors
-    /// Where it cannot be drawn or encoded.
+    /// If it cannot be drawn or encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
         as_png(SIZE, |area| self.draw(area))
     }
@@ -249,7 +249,7 @@ impl Picture {
     /// The picture as the bytes of a PNG file.
     ///
     /// # Errors
-    /// Where it cannot be drawn or encoded.
+    /// If it cannot be drawn or encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
         let bytes: Vec<u8> = self.pixels.iter().flatten().map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect();
         Ok(encode_png(self.size, &bytes, &[])?)

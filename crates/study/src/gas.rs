@@ -42,7 +42,7 @@ const IONS: [(Element, usize, &str); 8] = [
 /// Writes `gas.md` into a folder, with figures and maps beside it.
 ///
 /// # Errors
-/// Where the gas cannot be solved, the user wished to stop, or a file cannot be written.
+/// If the gas cannot be solved, the user wished to stop, or a file cannot be written.
 pub fn write(name: &str, gas: &IonisedGas, folder: &Path, control: &Control) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| barnard::Error::file(folder, format!("the folder cannot be made: {e}")))?;
     let run = Run::new(&gas.cloud, control)?;

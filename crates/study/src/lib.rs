@@ -113,7 +113,7 @@ impl Book {
     /// The chapter called `name`.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If there is none.
     pub fn chapter(&self, name: &str) -> Result<&'static Chapter> {
         let known: Vec<&str> = self.chapters.iter().map(|c| c.name).collect();
         Ok(self.chapters.iter().find(|c| c.name == name).ok_or_else(|| spectra::SpectraError::unknown("chapter", name, &known))?)
@@ -124,7 +124,7 @@ impl Book {
 /// with the figures in `folder/BOOK`; `heard` is told of each.
 ///
 /// # Errors
-/// Where a chapter cannot be measured, or a file cannot be written.
+/// If a chapter cannot be measured, or a file cannot be written.
 pub fn write(book: &Book, chapters: &[Chapter], folder: &Path, control: &Control, mut heard: impl FnMut(&Chapter)) -> Result<()> {
     let own = folder.join(book.name);
     std::fs::create_dir_all(&own).map_err(|e| barnard::Error::file(&own, format!("the folder cannot be made: {e}")))?;

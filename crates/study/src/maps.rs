@@ -53,7 +53,7 @@ impl Maps {
     /// The maps as the bytes of a PNG file.
     ///
     /// # Errors
-    /// Where they cannot be drawn or encoded.
+    /// If they cannot be drawn or encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
         let columns = self.maps.len().clamp(1, IN_A_ROW);
         let rows = self.maps.len().div_ceil(columns).max(1);

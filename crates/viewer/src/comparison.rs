@@ -55,7 +55,7 @@ impl Comparison {
     /// The document's view, and the one beside it.
     ///
     /// # Errors
-    /// Where the scene is none with other filters.
+    /// If the scene is none with other filters.
     pub fn views(&mut self, document: &Document) -> Result<Vec<View>> {
         let own = View::of(document);
         let edit = match &self.with {

@@ -108,7 +108,7 @@ impl Document {
     /// Opens a built-in scene.
     ///
     /// # Errors
-    /// Where there is none of that name.
+    /// If there is none of that name.
     pub fn builtin(name: &str, memory_limit: u64) -> Result<Self> {
         let entry = builtin::entry(name)?;
         Self::new(Origin::Builtin(entry.name), entry.text.to_owned(), builtin::files(), memory_limit)
@@ -227,7 +227,7 @@ impl Document {
     /// Shows another moment of a scene that changes \[s\].
     ///
     /// # Errors
-    /// Where the scene cannot be at that moment; what was shown stays.
+    /// If the scene cannot be at that moment; what was shown stays.
     pub fn show_moment(&mut self, moment: f64) -> Result<()> {
         if let Some(followed) = self.followed.as_mut().filter(|_| self.moment != moment) {
             let scene = followed.follower.scene(moment, &Control::default())?;
@@ -324,7 +324,7 @@ impl Document {
     /// Takes the last edit back.
     ///
     /// # Errors
-    /// Where a file that the scene names has gone since.
+    /// If a file that the scene names has gone since.
     pub fn undo(&mut self) -> Result<()> {
         self.step(|d| (&mut d.past, &mut d.future))
     }
@@ -371,7 +371,7 @@ impl Document {
     /// are: their names are mended, and those of a built-in scene are written beside it.
     ///
     /// # Errors
-    /// Where something cannot be written.
+    /// If something cannot be written.
     pub fn save(&mut self, path: &Path) -> Result<()> {
         let folder = |path: &Path| std::path::absolute(path).ok().and_then(|p| p.parent().map(Path::to_owned)).unwrap_or_default();
         let moved = match &self.origin {

@@ -42,7 +42,7 @@ impl Export {
     /// Begins to render `scene` into `path`.
     ///
     /// # Errors
-    /// Where the format is not known, the file cannot be written, or the picture would not fit.
+    /// If the format is not known, the file cannot be written, or the picture would not fit.
     pub fn start(scene: &Scene, path: &Path, size: (usize, usize), memory_limit: u64, ctx: &Context) -> barnard::Result<Self> {
         let writer = writer(path)?;
         check_writable(path)?;

@@ -159,7 +159,7 @@ impl Picture {
     /// Instrument response of a scene to this picture; of what another has seen of it before as much as holds is taken.
     ///
     /// # Errors
-    /// Where the scene has no instrument, or it cannot see the picture.
+    /// If the scene has no instrument, or it cannot see the picture.
     pub fn recorded(&self, scene: &Arc<Scene>, before: Option<&Self>, control: &Control) -> Result<Self> {
         let missing = || Error::missing("an instrument", "add one to the scene, such as [instrument] with preset = \"hst-wfc3-uvis\"");
         let instrument = scene.instrument.clone().ok_or_else(missing)?;
@@ -220,7 +220,7 @@ impl Picture {
     /// Puts the scene's stars over a picture that has none, in the pixels of `camera`.
     ///
     /// # Errors
-    /// Where a star's light cannot be told.
+    /// If a star's light cannot be told.
     pub fn spark(&mut self, camera: &Camera) -> Result<()> {
         let start = Instant::now();
         let plan = self.plan.clone().with_size(camera.width, camera.height);

@@ -131,7 +131,7 @@ impl Studio {
     /// another way is coloured anew, no more.
     ///
     /// # Errors
-    /// Where a scene cannot be planned, and where `control` stops what is finer than a first look.
+    /// If a scene cannot be planned, and if `control` stops what is finer than a first look.
     pub fn serve(&mut self, order: &Order, control: &Control, show: &mut dyn FnMut(Quality, Vec<Picture>)) -> Result<()> {
         let show = &mut |quality, mut pictures: Vec<Picture>| {
             if let ([own, other], true) = (&mut pictures[..], order.difference) {

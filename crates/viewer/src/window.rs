@@ -50,7 +50,7 @@ const NAME: &str = "barnard";
 /// Opens the window and returns when it is closed.
 ///
 /// # Errors
-/// Where there is no screen.
+/// If there is no screen.
 pub fn open(start: Start) -> Result<(), ViewerError> {
     let began = Instant::now();
     // A scene that is wrong is told where the command was given, and in the window, which shows another one.

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 /// A picture of the extended light in `radiance`: stars are drawn, errors and origin are told.
 ///
 /// # Errors
-/// Where values are no numbers, or the star field has too many stars, and on interruption by the user.
+/// If values are no numbers, or the star field has too many stars, and on interruption by the user.
 pub fn finished(scene: &Scene, plan: &Plan, mut radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
     let points = draw(plan.sources, scene, plan, control, |i, value| radiance.samples.add(i, value))?;
     Ok(Image { points, ..told(scene, plan, radiance, backend)? })
@@ -22,7 +22,7 @@ pub fn finished(scene: &Scene, plan: &Plan, mut radiance: Radiance, backend: &st
 /// A picture of all light: errors and origin are told.
 ///
 /// # Errors
-/// Where values are no numbers.
+/// If values are no numbers.
 pub(super) fn told(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -> Result<Image> {
     let Radiance { samples, stats } = radiance;
     let mut image = describe(scene, &plan.camera, samples);
@@ -43,7 +43,7 @@ pub(super) fn told(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str
 /// A picture of the extended light alone, bands × height × width [W m⁻² sr⁻¹], for a look that passes by.
 ///
 /// # Errors
-/// Where values are no numbers.
+/// If values are no numbers.
 pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
     let image = describe(scene, &plan.camera, samples);
     image.check()?;
@@ -54,7 +54,7 @@ pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
 /// radiances [W m⁻² sr⁻¹].
 ///
 /// # Errors
-/// Where the star field has too many stars, and on interruption by the user.
+/// If the star field has too many stars, and on interruption by the user.
 pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
     let far = end_of_space(plan);
     let depth = |_: usize, ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));

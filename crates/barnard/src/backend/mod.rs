@@ -54,7 +54,7 @@ impl<'a> Job<'a> {
     /// A scene whose plan is there already.
     ///
     /// # Errors
-    /// Where the plan is made for other passbands.
+    /// If the plan is made for other passbands.
     pub fn planned(scene: &'a Scene, options: &'a Options, plan: &'a Plan) -> Result<Self> {
         let bands = || scene.bands.iter().map(|band| band.name());
         let planned = || plan.spectral.bands.iter().map(|band| band.band.name());
@@ -107,6 +107,7 @@ impl Radiance {
 
 /// Rendering of one part of a job's light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PartsBy {
     /// By a plan of which that part shines alone.
     Plan,
@@ -155,7 +156,7 @@ pub trait Backend: Send {
     /// Why it cannot do a job, and what would be right; nothing where it can.
     ///
     /// # Errors
-    /// Where the job cannot be planned at all.
+    /// If the job cannot be planned at all.
     fn unable(&self, job: &Job, control: &Control) -> Result<Option<String>>;
 
     /// How it renders a part of a job's light alone.
@@ -166,7 +167,7 @@ pub trait Backend: Send {
     /// Takes up a job before its light is asked for, as after an edit; asking for light does so otherwise.
     ///
     /// # Errors
-    /// Where the job cannot be planned or taken.
+    /// If the job cannot be planned or taken.
     fn prepare(&mut self, _job: &Job, _control: &Control) -> Result<()> {
         Ok(())
     }
@@ -174,13 +175,13 @@ pub trait Backend: Send {
     /// The light of a job.
     ///
     /// # Errors
-    /// Where it cannot be done, or on interruption by the user.
+    /// If it cannot be done, or on interruption by the user.
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance>;
 
     /// The picture: stars are drawn over the light, errors and origin are told.
     ///
     /// # Errors
-    /// Where values are no numbers, or there are too many stars, and on interruption by the user.
+    /// If values are no numbers, or there are too many stars, and on interruption by the user.
     fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
         finished(job.scene(), job.plan(control)?, radiance, &self.name(), control)
     }
@@ -235,7 +236,7 @@ pub trait Backend: Send {
     /// Keeps a device of its own busy with what it has for so long \[s\], so that it is timed as fast as it is under load.
     ///
     /// # Errors
-    /// Where the device gives up, or on interruption by the user.
+    /// If the device gives up, or on interruption by the user.
     fn warm_up(&mut self, _seconds: f64, _control: &Control) -> Result<()> {
         Ok(())
     }
@@ -255,7 +256,7 @@ pub trait Backend: Send {
     /// the device worked for it \[s\], NaN where it does not tell; none where it cannot be done.
     ///
     /// # Errors
-    /// Where there is no such star, or the place is none.
+    /// If there is no such star, or the place is none.
     fn move_star(&mut self, _star: usize, _place: DVec3) -> Result<Option<f64>> {
         Ok(None)
     }
@@ -317,7 +318,7 @@ impl Registry {
     /// The row called `name`.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If there is none.
     pub fn named(&self, name: &str) -> Result<&BackendEntry> {
         let known: Vec<&str> = self.0.iter().map(|b| b.name).collect();
         Ok(self.0.iter().find(|b| b.name == name).ok_or_else(|| SpectraError::unknown("back end", name, &known))?)

@@ -19,7 +19,7 @@ impl SeenDetail {
     /// The noise that continues the densities of a scene, functions as plans sample them; none where it asks for none.
     ///
     /// # Errors
-    /// Where densities cannot be sampled, and on interruption by the user.
+    /// If densities cannot be sampled, and on interruption by the user.
     pub fn of(scene: &Scene, options: &Options, control: &Control) -> Result<Option<Self>> {
         let Some(detail) = &scene.detail else { return Ok(None) };
         let grids = sampled_densities(scene, options, control)?;

@@ -267,7 +267,7 @@ impl Plan {
     /// measured spatial error stays that of the places before, and so does light that was scattered before.
     ///
     /// # Errors
-    /// Where there is no such star, a light field stands in place of its depths, or on interruption by the user; the plan
+    /// If there is no such star, a light field stands in place of its depths, or on interruption by the user; the plan
     /// is as before then.
     pub fn move_star(&mut self, star: usize, place: glam::DVec3, control: &Control) -> Result<()> {
         Arc::make_mut(&mut self.space).move_star(star, place, control)

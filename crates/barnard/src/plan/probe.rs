@@ -54,7 +54,7 @@ impl Plan {
     /// planned.
     ///
     /// # Errors
-    /// Where the extinction law is not known at one of the wavelengths.
+    /// If the extinction law is not known at one of the wavelengths.
     pub fn probe(&self, scene: &Scene, ray: &Ray, wavelengths_um: &[f64]) -> Result<Probe> {
         let law = law(scene)?;
         let ends = wavelengths_um.iter().fold((f64::MAX, 0.0f64), |(low, high), l| (low.min(*l), high.max(*l)));

@@ -166,7 +166,7 @@ impl Plan {
             }
         );
         let words = match s.sampling {
-            Some((error, edge)) => format!("{words}, {error:.1e} of it from function samples, {edge} per edge"),
+            Some((error, edge)) => format!("{words}; function samples, {edge} per edge: {error:.1e}"),
             None => words,
         };
         let words = match s.unresolved {
@@ -198,7 +198,7 @@ impl Plan {
             keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
             keywords.push(keywords::integer("SPATRAYS", spatial.rays, "number of pilot rays"));
             if let Some((error, edge)) = spatial.sampling {
-                keywords.extend(keywords::number("SAMPERR", error, "part of it from function samples"));
+                keywords.extend(keywords::number("SAMPERR", error, "error of function samples"));
                 keywords.push(keywords::integer("BAKE", edge, "voxels per edge of function samples"));
             }
             if let Some(Unresolved { error, stars }) = spatial.unresolved {

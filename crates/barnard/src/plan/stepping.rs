@@ -39,6 +39,7 @@ impl Stepping {
 impl std::fmt::Display for Stepping {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Stepping::PerVoxel(1.0) => write!(f, "1 sample per voxel"),
             Stepping::PerVoxel(n) => write!(f, "{n} samples per voxel"),
             Stepping::Paired(n) => write!(f, "{n} segments of two samples per voxel"),
             Stepping::Fixed(n) => write!(f, "{n} samples per ray"),

@@ -37,7 +37,7 @@ impl Geometry {
     /// That of a scene, for plates whose nodes are `nodes`.
     ///
     /// # Errors
-    /// Where the scene's extinction law cannot be.
+    /// If the scene's extinction law cannot be.
     pub fn of(scene: &Scene, nodes: &[Node]) -> Result<Self> {
         let mut own = Self::default();
         let camera = &scene.camera;

@@ -142,8 +142,8 @@ impl Plates {
     /// Plates of `scene` that reach as far as is said. What holds of `before`, a plan of the same scene, is taken from it.
     ///
     /// # Errors
-    /// Errors of [`Plan::new`], where the range is none or beyond the extinction law, where other amounts of dust are asked for and the phase
-    /// function changes with wavelength or light scatters again, and where there are too many stars.
+    /// Errors of [`Plan::new`], if the range is none or beyond the extinction law, if other amounts of dust are asked for and the phase
+    /// function changes with wavelength or light scatters again, and if there are too many stars.
     pub fn new(scene: &Scene, reach: Reach, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
         Ok(Self::held(scene, reach, before, None, options, control)?.0)
     }
@@ -203,7 +203,7 @@ impl Plates {
     /// Plates of what they hold, as files do.
     ///
     /// # Errors
-    /// Where sizes do not go together, or numbers cannot be.
+    /// If sizes do not go together, or numbers cannot be.
     pub fn of(record: Record) -> Result<Self> {
         let Record { size, nodes, plates, .. } = &record;
         let wrong = |what: &str| Err(Error::conflict(format!("plates have {what}"), "write them again with `barnard plates`"));
@@ -277,7 +277,7 @@ impl Plates {
     /// Weights of the plates in the bands of a scene.
     ///
     /// # Errors
-    /// Errors of [`check`](Self::check), where a light shines at wavelengths that the plates do not serve, and where the
+    /// Errors of [`check`](Self::check), if a light shines at wavelengths that the plates do not serve, and if the
     /// scene has a light that they do not hold.
     pub fn mixture(&self, scene: &Scene) -> Result<Mixture> {
         scene.check()?;
@@ -341,7 +341,7 @@ impl Plates {
     /// mixture's scene.
     ///
     /// # Errors
-    /// Where the picture has another size.
+    /// If the picture has another size.
     pub fn add(&self, mixture: &Mixture, picture: &mut [f32]) -> Result<()> {
         let pixels = self.0.size[0] * self.0.size[1];
         if picture.len() != pixels * mixture.parts.len() {
@@ -375,7 +375,7 @@ impl Plates {
     /// Variant of a mixture of the scene, without its errors, for looks that pass by.
     ///
     /// # Errors
-    /// Where the scene has other stars of a field, values are no numbers, and on interruption by the user.
+    /// If the scene has other stars of a field, values are no numbers, and on interruption by the user.
     pub fn pictured(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
         let mut light = vec![0.0; scene.bands.len() * self.0.size[0] * self.0.size[1]];
         self.add(mixture, &mut light)?;

@@ -25,6 +25,7 @@ use crate::stored::{Half, Precision, Stored, unit};
 
 /// Content of a volume channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Channel {
     /// Extinction σ at V [pc⁻¹].
     Dust,

@@ -4,6 +4,7 @@ use crate::stored::Half;
 
 /// Values of a volume.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Values {
     /// In single precision.
     Single(Vec<f32>),

@@ -11,8 +11,8 @@ use clap::Args;
 use spectra::rule::Node;
 
 use crate::backends::registry;
-use crate::progress;
 use crate::source::SceneArgs;
+use crate::{counted, progress};
 
 /// Validates a scene and prints its contents and plan.
 #[derive(Args)]
@@ -36,13 +36,16 @@ impl Check {
     }
 }
 
+/// Optical depth at V beyond which the scale of the dust is likely to be wrong.
+const OPAQUE: f64 = 200.0;
+
 /// Stars that are told one by one.
 const MAX_STARS: usize = 12;
 
 fn describe(scene: &Scene) {
     let camera = &scene.camera;
     say!("scene     {}{}", scene.name, if scene.description.is_empty() { String::new() } else { format!(": {}", scene.description) });
-    say!("camera    {} x {} pixels, {} rays per pixel", camera.width, camera.height, camera.supersampling.pow(2));
+    say!("camera    {} x {} pixels, {} per pixel", camera.width, camera.height, counted(camera.supersampling.pow(2), "ray"));
     match &scene.dust {
         None => say!("dust      none"),
         Some(dust) => {
@@ -110,7 +113,11 @@ fn place(v: barnard::glam::DVec3) -> String {
 }
 
 fn describe_plan(plan: &Plan) {
-    say!("method    {}, {} terms per sample, depths up to {:.3}", plan.spectral().method, plan.spectral().terms(), plan.spectral().depth);
+    let (spectral, depth) = (plan.spectral(), plan.spectral().depth);
+    say!("method    {}, {} per sample, depths at V up to {depth:.3}", spectral.method, counted(spectral.terms(), "term"));
+    if depth > OPAQUE {
+        say!("note: an optical depth of {depth:.0} is opaque; hydrogen densities in cm-3 need a dust scale like \"5.32e-22 mag cm2\"");
+    }
     let list = |nodes: &[Node]| {
         let words: Vec<String> = nodes.iter().map(|n| format!("{:.1} nm (k {:.4})", n.lambda_um * 1e3, n.k)).collect();
         words.join(", ")

@@ -37,7 +37,7 @@ pub struct Fit {
     /// Missing metadata to assume from the scene: unit (BUNIT) or sky position (WCS)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     assume: Vec<Unsaid>,
-    /// Free parameters, separated by commas: keys with bounds and priors
+    /// Free parameters, separated by commas: KEY, KEY=LOW..HIGH with bounds, KEY~MEAN+-SIGMA with a prior
     #[arg(long, value_name = "KEYS")]
     free: String,
     /// Output file of values, covariance and errors (JSON)
@@ -134,7 +134,10 @@ impl Fit {
         }
         if !fitted.degenerate.is_empty() {
             let names: Vec<&str> = fitted.degenerate.iter().map(|i| free[*i].key.as_str()).collect();
-            complain!("warning: the parameters {} are degenerate; remove one, or give it a prior: KEY~MEAN+-SIGMA", names.join(", "));
+            complain!(
+                "warning: the data do not distinguish {}; add an image in another passband, free fewer keys, or give one a prior: KEY~MEAN+-SIGMA",
+                names.join(", ")
+            );
         }
         for i in &fitted.bounded {
             complain!("warning: {} is at its bound; its standard error is unreliable", free[*i].key);
@@ -177,6 +180,10 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
         fitted.evaluations
     );
     for (i, parameter) in free.iter().enumerate() {
+        if fitted.degenerate.contains(&i) {
+            say!("{} is not determined by these data (start {})", parameter.key, barnard::spectra::units::short(first[i]));
+            continue;
+        }
         say!(
             "{} = {} {} (start {}; model error {:.1e})",
             parameter.key,
@@ -281,7 +288,7 @@ mod plots {
         let series = residuals.iter().flat_map(|own| own.normalised.iter().map(move |(band, values)| of_band(own, band, values)));
         let figure = Figure {
             name: "residuals".into(),
-            title: "Data less model".into(),
+            title: "Data minus model".into(),
             x: Axis::linear("residual [standard errors]"),
             y: Axis::log("density of pixels"),
             series: std::iter::once(expected).chain(series).collect(),

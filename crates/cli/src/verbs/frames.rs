@@ -11,16 +11,16 @@ use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, LayerChoice, Level};
 use barnard::plan::{Options, Plan};
-use barnard::scene::Scene;
+use barnard::scene::{Provenance, Scene};
 use barnard::sequence::{Follower, Held, Sequence};
 use barnard_files::claim::Claim;
-use barnard_files::formats::check_folder;
+use barnard_files::formats::{check_folder, replace};
 use clap::Args;
 use serde_json::json;
 
 use crate::source::SceneArgs;
 use crate::verbs::refuse_inputs;
-use crate::{outputs, progress};
+use crate::{counted, outputs, progress};
 
 /// Frames of a sequence to render.
 #[derive(Args)]
@@ -118,6 +118,8 @@ pub struct Shoot<'a> {
     pub outputs: &'a [PathBuf],
     /// Layers in place of the scene's.
     pub layers: Option<LayerChoice>,
+    /// The scene and the settings of its frames, as text: frames of another one are not resumed.
+    pub identity: String,
 }
 
 impl FrameArgs {
@@ -129,10 +131,10 @@ impl FrameArgs {
     /// Renders the frames, a line of JSON for each on standard output.
     pub fn render(&self, shoot: &Shoot, march: March) -> anyhow::Result<()> {
         let frames = shoot.sequence.frames();
-        let all = parse_frames(self.frames.as_deref().unwrap_or("all"), frames)?;
+        let all: BTreeSet<i64> = parse_frames(self.frames.as_deref().unwrap_or("all"), frames)?.into_iter().collect();
         let (own, shards) = self.shard.unwrap_or((1, 1));
         let alone = all.len() == 1;
-        let numbers: Vec<i64> = all.into_iter().skip(own - 1).step_by(shards).collect();
+        let numbers: Vec<i64> = all.iter().copied().skip(own - 1).step_by(shards).collect();
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;
         let mut follower = Follower::new(shoot.sequence);
@@ -151,6 +153,10 @@ impl FrameArgs {
             let files = files(number)?.concat();
             Ok(!self.overwrite && shoot.are_numbered() && files.iter().all(|path| path.is_file()))
         };
+        if shoot.are_numbered() {
+            let stays = |number: &i64| !(self.overwrite && all.contains(number));
+            shoot.record(&files, (frames.first..=frames.last()).filter(stays))?;
+        }
         let told = |number: i64, status: &str| say!("{}", json!({ "frame": number, "status": status }));
         let mut left = Vec::new();
         for number in &numbers {
@@ -191,6 +197,7 @@ impl FrameArgs {
             done += 1;
             control.check()?;
         }
+        complain!("{} rendered in {:.1} s", counted(done, "frame"), start.elapsed().as_secs_f64());
         if elsewhere > 0 {
             complain!("{elsewhere} frames are being rendered by other processes; run again to verify that all exist");
         }
@@ -208,6 +215,28 @@ fn time_left(seconds: f64) -> String {
 }
 
 impl Shoot<'_> {
+    /// Writes whose frames the output folder has, in a hidden file for each name pattern.
+    ///
+    /// # Errors
+    /// If the file is of another scene or other settings, and one of the frames `staying` exists: they would make a mixed film.
+    fn record(&self, files: &dyn Fn(i64) -> anyhow::Result<Vec<Vec<PathBuf>>>, staying: impl Iterator<Item = i64>) -> anyhow::Result<()> {
+        let digest = Provenance { text: self.identity.as_str().into(), files: Vec::new() }.digest();
+        let hidden = |path: &PathBuf| path.with_file_name(format!(".{}.scene", path.file_name().unwrap_or_default().to_string_lossy()));
+        let records: Vec<PathBuf> = self.outputs.iter().map(hidden).collect();
+        let is_other = |record: &PathBuf| std::fs::read_to_string(record).is_ok_and(|found| found != digest);
+        if records.iter().any(is_other) {
+            for number in staying {
+                if let Some(file) = files(number)?.concat().into_iter().find(|file| file.is_file()) {
+                    bail!(
+                        "{} was rendered from another scene or with other settings; render all frames again with --frames all --overwrite, or use another folder",
+                        file.display()
+                    );
+                }
+            }
+        }
+        records.iter().try_for_each(|record| Ok(replace(record, digest.as_bytes())?))
+    }
+
     /// True if each frame has files of its own.
     fn are_numbered(&self) -> bool {
         self.outputs.iter().all(|path| named(path, 0).is_some())

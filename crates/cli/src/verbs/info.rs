@@ -7,7 +7,7 @@ use std::sync::Arc;
 use barnard::data::{Array, InputNote, Inputs, Layout, Numbers};
 use barnard::scene::inspect;
 use barnard_files::SceneFiles;
-use barnard_files::formats::{Member, READERS, members, read_file, read_image};
+use barnard_files::formats::{Member, READERS, members, read_file, read_image, unreadable};
 use clap::Args;
 
 use crate::source::memory_limit;
@@ -15,7 +15,7 @@ use crate::source::memory_limit;
 /// Shows processors and graphics adapters, or the contents of a file.
 #[derive(Args)]
 pub struct Info {
-    /// Input file: volume (.vdb, .h5, .fits, .npy), filter, spectrum, albedo, phase function, catalogue, star table, camera path or picture
+    /// Input file: volume (.vdb, .h5, .fits, .npy), filter, spectrum, albedo, phase function, catalogue, star table, camera path or image (.fits, .exr, .npy)
     file: Option<PathBuf>,
     /// Also read the values of grids: range, mean and number of blanks
     #[arg(long, requires = "file")]
@@ -86,6 +86,12 @@ impl Info {
 impl Info {
     /// Interpretation of a text file, table or picture by a scene.
     fn understood(&self, path: &Path, limit: u64) -> anyhow::Result<ExitCode> {
+        std::fs::metadata(path).map_err(|error| unreadable(path, &error))?;
+        if let Some(extension) =
+            ["png", "jpg", "jpeg", "tif", "tiff"].iter().find(|own| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(own)))
+        {
+            anyhow::bail!("{}: pictures (.{extension}) have no radiances; give a .fits, .exr or .npy file", path.display());
+        }
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let files = SceneFiles::in_folder(path.parent().unwrap_or(Path::new("")));
         let (notes, refused) = match read_image(path, limit) {

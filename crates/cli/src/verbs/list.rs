@@ -11,7 +11,7 @@ use crate::backends::registry;
 /// Prints a catalogue, one entry per line: name and summary. Without a name, lists the catalogues.
 #[derive(Args)]
 pub struct List {
-    /// Catalogue
+    /// Name of a catalogue
     catalogue: Option<String>,
     /// Print JSON
     #[arg(long)]

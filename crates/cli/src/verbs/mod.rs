@@ -119,7 +119,7 @@ impl Verb {
     }
 }
 
-/// Says on standard error that a picture will not be as exact as was asked for.
+/// Warns if a picture is less exact than requested.
 fn warn_of_accuracy(plan: &barnard::plan::Plan) {
     if plan.misses_accuracy() {
         let sampling = plan.space().spatial.and_then(|s| {
@@ -127,10 +127,15 @@ fn warn_of_accuracy(plan: &barnard::plan::Plan) {
             s.sampling.filter(|(error, _)| stars || *error > 0.5 * s.error)
         });
         let remedy = match sampling {
-            Some((_, edge)) => format!("functions are sampled to {edge} voxels per edge; try bake = {} in [method]", 2 * edge),
+            Some((_, edge)) => {
+                format!("functions are sampled to {edge} voxels per edge; set bake = {} in [method], which takes longer", 2 * edge)
+            }
             None => "use a finer grid or more samples".into(),
         };
-        complain!("warning: the spatial error exceeds the requested accuracy; {remedy}");
+        let wanted = plan.spectral().accuracy;
+        complain!(
+            "warning: the spatial error exceeds the requested accuracy of {wanted:.1e}; {remedy}, or accept it with a larger accuracy"
+        );
     }
 }
 

@@ -21,7 +21,7 @@ use crate::backends::{names, registry};
 use crate::source::SceneArgs;
 use crate::verbs::frames::{FrameArgs, Shoot};
 use crate::verbs::referee::Referee;
-use crate::{IS_VERBOSE, outputs, progress};
+use crate::{IS_VERBOSE, counted, outputs, progress};
 
 /// Renders a scene.
 ///
@@ -58,6 +58,7 @@ pub struct Render {
 
 impl Render {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        let start = Instant::now();
         if self.on_the_fly && self.backend != "gpu" {
             bail!("--on-the-fly requires --backend gpu; the reference evaluates fields exactly, cpu samples them");
         }
@@ -77,15 +78,18 @@ impl Render {
         outputs::check(&self.output, &scene.camera)?;
         let scene = outputs::layered(scene, self.layers, &self.output, options.memory_limit)?;
         crate::verbs::refuse_inputs(&scene, &self.output)?;
-        let image = match self.backend.as_str() {
-            "path" => self.on_path(&scene, &options)?,
-            "reference" => self.on_reference(&scene, &options)?,
-            _ => self.planned(&scene, options)?,
+        let (image, error) = match self.backend.as_str() {
+            "path" => (self.on_path(&scene, &options)?, None),
+            "reference" => self.on_reference(&scene, &options).map(|(image, error)| (image, Some(error)))?,
+            _ => self.planned(&scene, options).map(|(image, error)| (image, Some(error)))?,
         };
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue: {note}"));
-        for path in &self.output {
-            outputs::save(&image, path, &scene.camera)?.iter().for_each(|file| say!("wrote {}", file.display()));
+        let files = self.output.iter().map(|path| outputs::save(&image, path, &scene.camera)).collect::<anyhow::Result<Vec<_>>>()?;
+        if let Some(error) = error {
+            let (width, height, bands) = (image.width, image.height, counted(image.bands.len(), "band"));
+            say!("{width} x {height} px, {bands}, {:.1} s; relative error: {error}", start.elapsed().as_secs_f64());
         }
+        files.iter().flatten().for_each(|file| say!("wrote {}", file.display()));
         if self.output.iter().any(|path| outputs::writer_of(path).is_ok_and(|writer| writer.is_picture)) {
             let tone = scene.display.tone(&image);
             let what = if scene.display.balance { "of the balanced bands" } else { "W m-2 sr-1" };
@@ -106,6 +110,7 @@ impl Render {
         }
         let mut backend = self.open(&file.scene)?;
         options.sweeper = backend.sweeper().filter(|_| self.scene.bounces.unwrap_or(file.scene.method.bounces) > 1);
+        let identity = format!("{}{}", barnard_files::toml::text(file.tree()), self.scene.overrides());
         let mut march = |scene: &Scene, plan: &Plan, control: &Control| {
             let done = backend.render(&Job::planned(scene, &options, plan)?, control);
             for words in backend.warnings() {
@@ -114,7 +119,7 @@ impl Render {
             Ok(done?.0)
         };
         self.frames.render(
-            &Shoot { scene: &self.scene, sequence: &sequence, options: &options, outputs: &self.output, layers: self.layers },
+            &Shoot { scene: &self.scene, sequence: &sequence, options: &options, outputs: &self.output, layers: self.layers, identity },
             &mut march,
         )?;
         Ok(ExitCode::SUCCESS)
@@ -138,7 +143,8 @@ impl Render {
         Ok(joined(stereo.arrangement, left?, &right?)?)
     }
 
-    fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
+    /// An image with its relative error in words.
+    fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<(Image, String)> {
         if self.scene.method.is_some() || self.scene.steps.is_some() || self.scene.count.is_some() {
             bail!("--method, --count and --steps are not supported by --backend reference, which is adaptive; use --accuracy");
         }
@@ -146,19 +152,12 @@ impl Render {
         let start = Instant::now();
         let accuracy = self.scene.accuracy.unwrap_or(reference::DEFAULT_ACCURACY);
         let (image, stats) = Reference { accuracy }.render(&Job::new(scene, options)?, &control)?;
-        let seconds = start.elapsed().as_secs_f64();
-        say!(
-            "{} x {} px, {} bands, {seconds:.1} s; relative error: {accuracy:e} of each pixel",
-            image.width,
-            image.height,
-            image.bands.len()
-        );
-        detail!("{:.0} rays/s", stats.rays as f64 / seconds);
-        Ok(image)
+        detail!("{:.0} rays/s", stats.rays as f64 / start.elapsed().as_secs_f64());
+        Ok((image, format!("{accuracy:e} of each pixel")))
     }
 
-    /// Renders by a back end that reads a plan.
-    fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<Image> {
+    /// Renders by a back end that reads a plan: an image with its relative error in words.
+    fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<(Image, String)> {
         let control = progress::control()?;
         let mut backend = self.open(scene)?;
         options.sweeper = backend.sweeper().filter(|_| scene.method.bounces > 1);
@@ -168,20 +167,11 @@ impl Render {
         let start = Instant::now();
         let (image, stats) = rendered(&mut *backend, &Job::planned(scene, &options, &plan)?, &control)?;
         let seconds = start.elapsed().as_secs_f64();
-        say!(
-            "{} x {} px, {} bands, {:.1} s; relative error: {}{}",
-            image.width,
-            image.height,
-            image.bands.len(),
-            planned + seconds,
-            plan.error_summary(&stats),
-            if IS_VERBOSE.load(Ordering::Relaxed) { "" } else { " (details: --verbose)" }
-        );
         detail!(
-            "plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, method {} ({} terms per sample)",
+            "plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, method {} ({} per sample)",
             stats.rays as f64 / seconds,
             plan.spectral().method,
-            plan.spectral().terms()
+            counted(plan.spectral().terms(), "term")
         );
         for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
             detail!("{name}: {}", plan.worst_certificate(band, &stats));
@@ -189,7 +179,8 @@ impl Render {
         plan.notes().iter().for_each(|(key, value)| detail!("{key}: {value}"));
         stats.negative_note().iter().for_each(|(key, value)| say!("{key}: {value}"));
         crate::verbs::warn_of_accuracy(&plan);
-        Ok(image)
+        let more = if IS_VERBOSE.load(Ordering::Relaxed) { "" } else { " (details: --verbose)" };
+        Ok((image, format!("{}{more}", plan.error_summary(&stats))))
     }
 
     fn open(&self, scene: &Scene) -> anyhow::Result<Box<dyn Backend>> {

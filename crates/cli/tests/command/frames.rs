@@ -50,7 +50,28 @@ fn told(child: Child) -> Vec<(i64, String)> {
 fn frames(desk: &Desk) -> Vec<(String, Vec<u8>)> {
     let own =
         |path: std::path::PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap_or_default());
-    listing(&desk.path("out")).into_iter().map(own).collect()
+    // The record of the scene is the same in each folder.
+    listing(&desk.path("out")).into_iter().map(own).filter(|(name, _)| !name.ends_with(".scene")).collect()
+}
+
+/// Frames of another scene, or of other settings, are neither resumed nor mixed with new ones.
+#[test]
+fn frames_of_two_scenes_are_not_mixed() {
+    let desk = desk();
+    told(start(&desk, &["--frames", "1-2"]));
+    let old = frames(&desk);
+    let darker = "star[0].luminosity=1 Lsun";
+    for other in [["--frames", "1-3", "--set", darker], ["--frames", "3", "--set", darker], ["--frames", "1-3", "--size", "9x9"]] {
+        let output = start(&desk, &other).wait_with_output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && error.contains("f_0001.npy") && error.contains("--overwrite"), "{error}");
+    }
+    assert!(frames(&desk) == old);
+    // One old frame would stay.
+    assert!(!start(&desk, &["--frames", "1", "--overwrite", "--set", darker]).wait_with_output().unwrap().status.success());
+    told(start(&desk, &["--frames", "1-2", "--overwrite", "--set", darker]));
+    told(start(&desk, &["--frames", "1-3", "--set", darker]));
+    assert!(frames(&desk).len() == 3 && frames(&desk)[..2].iter().zip(&old).all(|(new, old)| new.1 != old.1));
 }
 
 /// All frames are rendered, a second run finds them there, and shards and single frames are the same files.
@@ -136,7 +157,7 @@ fn a_full_disk_leaves_whole_frames() {
     let output = Command::new("sh").args(["-c", &script]).current_dir(desk.folder.path()).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && message.contains("frame 1") && message.contains("cannot be written"), "{message}");
-    assert!(listing(&desk.path("out")).is_empty(), "{:?}", listing(&desk.path("out")));
+    assert!(frames(&desk).is_empty(), "{:?}", listing(&desk.path("out")));
 }
 
 /// Two eyes are one image, or a file each, of a still and of frames.

@@ -35,7 +35,7 @@ fn broken_grids_are_refused_before_they_are_believed() {
         desk.refuses_scene(&["cloud.npy"]);
     }
     std::fs::remove_file(desk.path("cloud.npy")).unwrap();
-    desk.refuses_scene(&["cannot be read", "cloud.npy"]);
+    desk.refuses_scene(&["does not exist", "cloud.npy"]);
 }
 
 #[test]

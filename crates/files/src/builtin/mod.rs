@@ -92,7 +92,7 @@ const FILES: Embedded = &[
 /// The row of the built-in scene called `name`.
 ///
 /// # Errors
-/// Where there is none.
+/// If there is none.
 pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
     let name = ALIASES.iter().find(|(before, _)| *before == name).map_or(name, |(_, now)| now);
     let known: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
@@ -102,7 +102,7 @@ pub fn entry(name: &str) -> Result<&'static BuiltinScene> {
 /// Loads the built-in scene called `name`; arrays may take `memory_limit` bytes each.
 ///
 /// # Errors
-/// Where there is none.
+/// If there is none.
 pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
     load_by(name, memory_limit, Loader::clone)
 }
@@ -110,7 +110,7 @@ pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
 /// Variant by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
 ///
 /// # Errors
-/// Where there is none, and on interruption by the user.
+/// If there is none, and on interruption by the user.
 pub fn load_by(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Scene> {
     Ok(open(name, memory_limit, prepared)?.scene)
 }
@@ -126,7 +126,7 @@ pub fn open(name: &str, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loa
 /// Variant with other values of some keys.
 ///
 /// # Errors
-/// Errors of [`open`], and where the scene can have no such key.
+/// Errors of [`open`], and if the scene can have no such key.
 pub fn open_with(name: &str, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<SceneFile> {
     SceneFile::parse_with(&format!("built-in {name}"), name, entry(name)?.text.to_owned(), changes, prepared(&loader(memory_limit)))
 }

@@ -11,7 +11,7 @@ pub const MAGIC: &str = "# %ECSV";
 /// Reads columns and the units that the header states for them.
 ///
 /// # Errors
-/// Where the rows are no columns of numbers.
+/// If the rows are no columns of numbers.
 pub fn parse(name: &str, text: &str) -> Result<Columns> {
     let mut columns = Columns::parse(name, text)?;
     for (field, unit) in units(text) {

@@ -14,7 +14,7 @@ use crate::formats::{Request, fits_columns};
 /// Reads the columns of a file of these bytes; `label` is its name in messages.
 ///
 /// # Errors
-/// Where it holds no columns of numbers.
+/// If it holds no columns of numbers.
 pub fn read(label: &str, bytes: &[u8], memory_limit: u64) -> Result<Columns> {
     let path = Path::new(label);
     if bytes.starts_with(b"SIMPLE  =") {

@@ -15,7 +15,7 @@ const DETECTOR_TYPE: &str = "DetectorType";
 /// Reads the first table of a document.
 ///
 /// # Errors
-/// Where the document is no XML, holds no table of numbers, or encodes it in another way.
+/// If the document is no XML, holds no table of numbers, or encodes it in another way.
 pub fn parse(name: &str, text: &str) -> Result<Columns> {
     let refuse = |reason: String| SpectraError::table(name, reason);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };

@@ -59,7 +59,7 @@ impl<T: Kept> Gather<T> {
     /// Room for a part of the array of `path`, all of it zero, in at most `limit` bytes.
     ///
     /// # Errors
-    /// Where it takes more.
+    /// If it takes more.
     pub fn new(part: &Part, fortran: bool, path: &Path, limit: u64) -> Result<Self, Error> {
         let (mut ranges, mut shape) = (part.ranges.clone(), part.shape());
         if fortran {
@@ -197,7 +197,7 @@ impl<T: Kept> Gather<T> {
     /// Collected data.
     ///
     /// # Errors
-    /// Where blocks took more memory than they may.
+    /// If blocks took more memory than they may.
     pub fn finish(self) -> Result<Numbers, Error> {
         let share = (self.every as f64).powi(-3);
         let [_, middle, fast] = self.shape;
@@ -224,7 +224,7 @@ fn clipped<T: Kept>(value: T, clip: bool) -> T {
 /// A part of an array in memory that `label` calls, in at most `limit` bytes.
 ///
 /// # Errors
-/// Where it takes more.
+/// If it takes more.
 pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers, Error> {
     fn of<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Result<Numbers, Error> {
         let fast = gather.ranges[2].clone();

@@ -92,7 +92,7 @@ impl<'a> Request<'a> {
     /// A request for all of `source`.
     ///
     /// # Errors
-    /// Where its length cannot be told.
+    /// If its length cannot be told.
     pub fn new(mut source: impl Seekable + 'static, path: &'a Path, part: Option<&'a str>, memory_limit: u64) -> Result<Self> {
         let length = source.seek(SeekFrom::End(0)).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
         Ok(Self { source: Box::new(source), length, path, part, memory_limit })
@@ -209,7 +209,7 @@ pub const GRID_WRITERS: &[GridWriter] = &[vdb::GRID_WRITER, fits::GRID_WRITER, h
 /// The writer of grids for a path, by its extension.
 ///
 /// # Errors
-/// Where the extension is none of [`GRID_WRITERS`].
+/// If the extension is none of [`GRID_WRITERS`].
 pub fn grid_writer(path: &Path) -> Result<&'static GridWriter> {
     let wanted = extension(path);
     let known: Vec<&str> = GRID_WRITERS.iter().map(|w| w.extension).collect();
@@ -218,8 +218,13 @@ pub fn grid_writer(path: &Path) -> Result<&'static GridWriter> {
 
 /// The error for a path that nothing is written to.
 fn no_writer(path: &Path, wanted: &str, known: &[&str]) -> Error {
-    let hint = nearest(wanted, known.iter().copied()).map(|n| format!(", did you mean .{n}?")).unwrap_or_default();
-    Error::file(path, format!("cannot write \".{wanted}\"{hint}; known: .{}", known.join(", .")))
+    let known = known.iter().map(|extension| format!(".{extension}")).collect::<Vec<_>>().join(", ");
+    if wanted.is_empty() {
+        return Error::file(path, format!("has no extension; use one of {known}"));
+    }
+    let hint =
+        nearest(wanted, known.split(", ").map(|extension| &extension[1..])).map(|n| format!(", did you mean .{n}?")).unwrap_or_default();
+    Error::file(path, format!("cannot write \".{wanted}\"{hint}; known: {known}"))
 }
 
 /// The error of a writer whose bytes find no place.
@@ -241,7 +246,7 @@ fn extension(path: &Path) -> String {
 /// The writer for a path, by its extension.
 ///
 /// # Errors
-/// Where the extension is none of [`WRITERS`].
+/// If the extension is none of [`WRITERS`].
 pub fn writer(path: &Path) -> Result<&'static Writer> {
     let wanted = extension(path);
     let known: Vec<&str> = WRITERS.iter().map(|w| w.extension).collect();
@@ -261,7 +266,7 @@ fn reader(path: &Path, serve: fn(&Reader) -> bool) -> Result<&'static Reader> {
 /// Reads what `choose` chooses of a three-dimensional array; `part` names the array or HDU, `memory_limit` is in bytes.
 ///
 /// # Errors
-/// Where the extension is none of [`READERS`], the file is broken, or it does not fit, and those of `choose`.
+/// If the extension is none of [`READERS`], the file is broken, or it does not fit, and those of `choose`.
 pub fn read_array(source: impl Seekable + 'static, path: &Path, part: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
     let read = reader(path, |r| r.array.is_some())?.array;
     read.map_or_else(|| Err(Error::file(path, "holds no grid")), |read| read(&mut Request::new(source, path, part, memory_limit)?, choose))
@@ -270,7 +275,7 @@ pub fn read_array(source: impl Seekable + 'static, path: &Path, part: Option<&st
 /// Variant of a file.
 ///
 /// # Errors
-/// Where it cannot be opened, and those of [`read_array`].
+/// If it cannot be opened, and those of [`read_array`].
 pub fn read_file(path: &Path, part: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
     read_array(open(path)?, path, part, choose, memory_limit)
 }
@@ -278,7 +283,7 @@ pub fn read_file(path: &Path, part: Option<&str>, choose: Choose, memory_limit: 
 /// Contents of a file of arrays, and a line about its format; values are not read.
 ///
 /// # Errors
-/// Where its extension is that of no format of arrays, it cannot be opened, or it is broken.
+/// If its extension is that of no format of arrays, it cannot be opened, or it is broken.
 pub fn members(path: &Path, memory_limit: u64) -> Result<(&'static str, Vec<Member>)> {
     let read = reader(path, |r| r.members.is_some())?;
     let list = read.members.ok_or_else(|| Error::file(path, "holds no arrays"))?;
@@ -295,9 +300,27 @@ fn steps(axis: &Axis) -> String {
     format!("step {} {unit}, the first at {} {unit}", axis.step, axis.first, unit = axis.unit)
 }
 
+/// The error of a file that cannot be opened; of a missing one it names the nearest file in its folder.
+pub fn unreadable(path: &Path, error: &std::io::Error) -> Error {
+    if error.kind() != std::io::ErrorKind::NotFound {
+        return Error::file(path, format!("cannot be read: {error}"));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Error::file(path, format!("does not exist, nor does its folder {}", folder.display()));
+    };
+    let names: Vec<String> = entries.flatten().take(MOST_ENTRIES).map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let hint = nearest(&name, names.iter().map(String::as_str)).map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default();
+    Error::file(path, format!("does not exist{hint}"))
+}
+
+/// Entries of a folder that a missing file's name is compared with.
+const MOST_ENTRIES: usize = 10_000;
+
 /// Opens a file that is one.
 pub(crate) fn open(path: &Path) -> Result<File> {
-    let failed = |e: std::io::Error| Error::file(path, format!("cannot be read: {e}"));
+    let failed = |e: std::io::Error| unreadable(path, &e);
     // Asked before it is opened: a pipe waits for whoever writes.
     if !std::fs::metadata(path).map_err(failed)?.is_file() {
         let reason = "is not seekable; copy a pipe into a file first (scenes and tables may be pipes)";
@@ -309,7 +332,7 @@ pub(crate) fn open(path: &Path) -> Result<File> {
 /// Reads an image that was written before.
 ///
 /// # Errors
-/// Where it cannot be opened, is no image, or does not fit.
+/// If it cannot be opened, is no image, or does not fit.
 pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
     let read = reader(path, |r| r.image.is_some())?;
     let image = read.image.ok_or_else(|| Error::file(path, "has no image; compare .npy, .fits or .exr"))?;
@@ -320,7 +343,7 @@ pub fn read_image(path: &Path, memory_limit: u64) -> Result<Image> {
 /// that is the image `hdu` by name or number, the first one without it; of any other file the first band.
 ///
 /// # Errors
-/// Errors of [`read_image`], and where the file has no such HDU.
+/// Errors of [`read_image`], and if the file has no such HDU.
 pub fn read_picture(path: &Path, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
     if reader(path, |r| r.image.is_some())?.extensions == fits::READER.extensions {
         return fits::picture(&mut Request::new(open(path)?, path, hdu, memory_limit)?);

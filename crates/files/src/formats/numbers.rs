@@ -15,6 +15,7 @@ pub struct Stored {
 
 /// Meaning of stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Number {
     /// Whole numbers with a sign, of so many bytes.
     Int(usize),

@@ -23,7 +23,7 @@ fn encode(image: &Image) -> Result<Vec<u8>> {
 /// Pixels as a .png: red, green and blue in sRGB, row by row, with notes of key and words.
 ///
 /// # Errors
-/// Where the pixels are not as many as the size says.
+/// If the pixels are not as many as the size says.
 pub fn encode_png(size: (usize, usize), pixels: &[u8], notes: &[(String, String)]) -> Result<Vec<u8>> {
     encoded(size, pixels, BitDepth::Eight, notes)
 }

@@ -14,7 +14,7 @@ use barnard::instrument::Frame;
 /// before a long render.
 ///
 /// # Errors
-/// Where it cannot.
+/// If it cannot.
 pub fn check_writable(path: &Path) -> Result<()> {
     writer(path)?;
     check_replaceable(path)
@@ -23,7 +23,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
 /// Checks that a file of this name could be written, and leaves alone what others are writing there.
 ///
 /// # Errors
-/// Where the extension is not known, or there is no folder for it.
+/// If the extension is not known, or there is no folder for it.
 pub fn check_folder(path: &Path) -> Result<()> {
     writer(path)?;
     let folder = folder(path);
@@ -38,7 +38,7 @@ pub fn check_folder(path: &Path) -> Result<()> {
 /// Checks the same for a file of any extension.
 ///
 /// # Errors
-/// Where it cannot be written.
+/// If it cannot be written.
 pub fn check_replaceable(path: &Path) -> Result<()> {
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
         return Err(Error::file(path, "is not a regular file; choose another output"));
@@ -122,7 +122,7 @@ pub trait SaveImage {
     /// Writes the image in the format of the path's extension, whole or not at all.
     ///
     /// # Errors
-    /// Where the extension is none of [`WRITERS`](super::WRITERS), or the file cannot be written.
+    /// If the extension is none of [`WRITERS`](super::WRITERS), or the file cannot be written.
     fn save(&self, path: impl AsRef<Path>) -> Result<()>;
 }
 
@@ -136,7 +136,7 @@ impl SaveImage for Image {
 /// Writes a grid in the format of the path's extension, whole or not at all.
 ///
 /// # Errors
-/// Where the extension is none of [`GRID_WRITERS`](super::GRID_WRITERS), or the file cannot be written.
+/// If the extension is none of [`GRID_WRITERS`](super::GRID_WRITERS), or the file cannot be written.
 pub fn save_grid(path: &Path, file: &GridFile) -> Result<()> {
     let write = grid_writer(path)?.write;
     replace_by(path, |out| {
@@ -153,7 +153,7 @@ pub fn save_grid(path: &Path, file: &GridFile) -> Result<()> {
 /// Writes a frame of an instrument as FITS, whole or not at all.
 ///
 /// # Errors
-/// Where the extension is another, or the file cannot be written.
+/// If the extension is another, or the file cannot be written.
 pub fn save_frame(path: &Path, frame: &Frame) -> Result<()> {
     if extension(path) != "fits" {
         return Err(Error::file(path, "frames are FITS files; use a name such as raw_001.fits"));
@@ -164,7 +164,7 @@ pub fn save_frame(path: &Path, frame: &Frame) -> Result<()> {
 /// Writes a file whole or not at all.
 ///
 /// # Errors
-/// Where it cannot be written.
+/// If it cannot be written.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_by(path, |out| out.write_all(bytes))
 }

@@ -60,7 +60,7 @@ pub(super) fn read(request: &Request) -> Result<TextTable> {
 /// The nodes and properties that are animated, channel by channel.
 ///
 /// # Errors
-/// Where a channel is of a node or property that there is not, which the library takes for granted.
+/// If a channel is of a node or property that there is not, which the library takes for granted.
 fn targets(document: &Document) -> std::result::Result<Vec<Vec<usize>>, String> {
     let json = document.as_json();
     let node = |channel: &gltf::json::animation::Channel| {
@@ -74,7 +74,7 @@ fn targets(document: &Document) -> std::result::Result<Vec<Vec<usize>>, String> 
 /// The nodes from the root down to the first camera of which one is animated.
 ///
 /// # Errors
-/// Where there is none, or nodes stand in a circle.
+/// If there is none, or nodes stand in a circle.
 fn animated_camera<'a>(document: &'a Document, targets: &[Vec<usize>]) -> std::result::Result<Vec<Node<'a>>, String> {
     let nodes = &document.as_json().nodes;
     let children = |(parent, node): (usize, &gltf::json::Node)| {

@@ -34,7 +34,7 @@ pub trait Model {
     /// Predicted data at some values of the parameters.
     ///
     /// # Errors
-    /// Where values cannot be, and on interruption by the user.
+    /// If values cannot be, and on interruption by the user.
     fn predict(&mut self, values: &[f64], control: &Control) -> Result<Prediction>;
 
     /// The largest errors of what it says, without noise.
@@ -146,7 +146,7 @@ const AT_BOUND: f64 = 1e-9;
 /// Fits the parameters of a model to data, from `start` on.
 ///
 /// # Errors
-/// Where a parameter begins outside of its bounds, the model does not depend on it, data are no numbers, and those of the model.
+/// If a parameter begins outside of its bounds, the model does not depend on it, data are no numbers, and those of the model.
 pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], start: &[f64], control: &Control) -> Result<Fitted> {
     for (parameter, value) in parameters.iter().zip(start) {
         let (low, high) = parameter.bounds;

@@ -73,7 +73,7 @@ pub const FORMS: &[&FormEntry] =
 /// The form of a plan's rules.
 ///
 /// # Errors
-/// Where no shader has it.
+/// If no shader has it.
 pub fn form(plan: &Plan) -> Result<&'static FormEntry> {
     let Some(band) = plan.spectral().bands.first() else { return Ok(FORMS[0]) };
     let known = FORMS.iter().find(|f| (f.of)(&band.rule.form));

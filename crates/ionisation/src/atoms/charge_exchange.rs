@@ -12,6 +12,7 @@ const TABLE: &str = include_str!("../../data/charge_exchange.csv");
 
 /// Whom an ion gives an electron to, or takes it from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Partner {
     /// X^q + H⁺ → X^(q+1) + H⁰.
     Proton,
@@ -21,6 +22,7 @@ pub enum Partner {
 
 /// A rate of charge exchange.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Exchange {
     /// Of Kingdon & Ferland: 10⁻⁹ a t^b (1 + c e^(d t)) e^(−dE/t), t = T/10⁴ K within a range.
     Fit {

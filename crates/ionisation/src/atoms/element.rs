@@ -7,6 +7,7 @@ pub const STAGES: usize = 6;
 
 /// An element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Element {
     /// H
     Hydrogen,

@@ -118,7 +118,7 @@ impl Timeline {
     /// Animation of a scene, if any.
     ///
     /// # Errors
-    /// Where a key is unknown, missing or wrong, or a file cannot be read; its place is said.
+    /// If a key is unknown, missing or wrong, or a file cannot be read; its place is said.
     pub(crate) fn build(root: &Section, inputs: &Inputs) -> Result<Option<Self>> {
         let camera = root.table("camera")?;
         let kind = camera.as_ref().map(|camera| camera.text("kind")).transpose()?.flatten().unwrap_or_default();
@@ -156,7 +156,7 @@ impl Timeline {
     /// Scene `tree` at a moment \[s\]: a tree without changes.
     ///
     /// # Errors
-    /// Where a track is of a key that cannot be, or a camera looks nowhere; its place is said.
+    /// If a track is of a key that cannot be, or a camera looks nowhere; its place is said.
     pub fn at(&self, tree: &Table, time: f64) -> Result<Table> {
         let mut still = tree.clone();
         TABLES.iter().for_each(|name| still.remove(name));

@@ -23,7 +23,7 @@ impl Track {
     /// The track that has these values at ascending moments \[s\].
     ///
     /// # Errors
-    /// In words, where values have no numbers to go between, or differ in their unit or number.
+    /// In words, if values have no numbers to go between, or differ in their unit or number.
     pub fn new(keys: Vec<(f64, Value)>, interpolation: Interpolation) -> Result<Self, String> {
         let Some((_, first)) = keys.first() else { return Err("a track must have at least one key".into()) };
         if interpolation == Interpolation::Step {

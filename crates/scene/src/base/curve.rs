@@ -19,7 +19,7 @@ pub(crate) const COLUMN: Key =
 /// Reads the curve of the file that `key` names.
 ///
 /// # Errors
-/// Where the file cannot be read or understood, with its place.
+/// If the file cannot be read or understood, with its place.
 pub(crate) fn read(section: &Section, key: &str, ordinate: Ordinate, inputs: &Inputs) -> Result<SpectralCurve> {
     let file = section.need_text(key)?;
     let options = CurveOptions { ordinate, unit: section.text(UNIT.name)?, column: section.text(COLUMN.name)? };

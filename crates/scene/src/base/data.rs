@@ -203,19 +203,19 @@ pub trait DataSource: Debug + Send + Sync {
     /// The text called `name`, of at most `memory_limit` bytes.
     ///
     /// # Errors
-    /// Where there is none, it is no UTF-8, or it is larger.
+    /// If there is none, it is no UTF-8, or it is larger.
     fn text(&self, name: &str, memory_limit: u64) -> Result<Cow<'static, str>>;
 
     /// The table of text called `name`, of at most `most_rows` rows.
     ///
     /// # Errors
-    /// Errors of [`text`](Self::text), and where it is no table; [`Error::Scene`] says the line.
+    /// Errors of [`text`](Self::text), and if it is no table; [`Error::Scene`] says the line.
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable>;
 
     /// Columns of numbers of the file called `name`: a text, or a table of another format.
     ///
     /// # Errors
-    /// Errors of [`text`](Self::text), and where it holds no columns of numbers.
+    /// Errors of [`text`](Self::text), and if it holds no columns of numbers.
     fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
         Ok(Columns::parse(name, &self.text(name, memory_limit)?)?)
     }
@@ -224,7 +224,7 @@ pub trait DataSource: Debug + Send + Sync {
     /// first on top.
     ///
     /// # Errors
-    /// Where there is none, or it is larger than `memory_limit` bytes.
+    /// If there is none, or it is larger than `memory_limit` bytes.
     fn picture(&self, name: &str, hdu: Option<&str>, memory_limit: u64) -> Result<([usize; 2], Vec<f64>)> {
         let _ = (hdu, memory_limit);
         Err(Error::file(self.label(name), "contains no readable image"))
@@ -234,7 +234,7 @@ pub trait DataSource: Debug + Send + Sync {
     /// values may take `memory_limit` bytes as single precision.
     ///
     /// # Errors
-    /// Where there is none, or it has not three axes, or it is larger, and those of `choose`.
+    /// If there is none, or it has not three axes, or it is larger, and those of `choose`.
     fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array>;
 }
 

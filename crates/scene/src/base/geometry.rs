@@ -60,7 +60,7 @@ impl Bounds {
     /// Validated box.
     ///
     /// # Errors
-    /// Where it is not, with what is wrong.
+    /// If it is not, with what is wrong.
     pub fn checked(self) -> Result<Self> {
         self.fault().map_or(Ok(self), |fault| Err(Error::Bounds(fault)))
     }

@@ -8,7 +8,7 @@ pub const DEFAULT_LIMIT: u64 = 16 << 30;
 /// Refuses what would not fit before it is allocated.
 ///
 /// # Errors
-/// Where `bytes` is more than `limit`; `what` is named.
+/// If `bytes` is more than `limit`; `what` is named.
 pub fn check(what: &str, bytes: u64, limit: u64) -> Result<()> {
     if bytes > limit {
         return Err(Error::Memory { what: what.to_owned(), needed_mib: bytes.div_ceil(1 << 20), limit_mib: limit >> 20 });

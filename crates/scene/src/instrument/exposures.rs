@@ -73,7 +73,7 @@ impl Exposures {
     /// Instrument response to a picture through passbands, in the order of its bands.
     ///
     /// # Errors
-    /// Where the picture is not flat or has coarser pixels than the detector, the sky or the mosaic do not fit its bands, or the user wishes
+    /// If the picture is not flat or has coarser pixels than the detector, the sky or the mosaic do not fit its bands, or the user wishes
     /// to stop.
     pub fn new(instrument: Arc<Instrument>, image: &Image, bands: &[Passband], control: &Control) -> Result<Self> {
         Self::by(&mut Kernels::default(), instrument, image, bands, control)

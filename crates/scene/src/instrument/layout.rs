@@ -21,7 +21,7 @@ impl Pixels {
     /// Those of a picture.
     ///
     /// # Errors
-    /// Where it is not flat, has views of its own, or a size that is no angle.
+    /// If it is not flat, has views of its own, or a size that is no angle.
     pub(super) fn of(image: &Image) -> Result<Self> {
         let unsupported = |feature: &str| {
             let alternative = "use a camera of kind \"perspective\", or \"orthographic\" with a distance in [observation]";

@@ -18,6 +18,7 @@ use crate::random::Counter;
 
 /// Flags of a masked pixel: sums of these.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Flag {
     /// A frame was full and left out.
     Saturated = 1,

@@ -155,7 +155,7 @@ impl Instrument {
     /// Refuses what no instrument is.
     ///
     /// # Errors
-    /// Where a number is out of its range; what would be right is said.
+    /// If a number is out of its range; what would be right is said.
     pub fn check(&self) -> Result<()> {
         let positive = "a finite number above zero";
         let numbers = [

@@ -214,7 +214,7 @@ fn webb(pixel: f64, gain: f64, read_noise: f64, dark_current: f64, full_well: f6
 /// The preset called `name`.
 ///
 /// # Errors
-/// Where there is none.
+/// If there is none.
 pub fn preset(name: &str) -> Result<Instrument, SpectraError> {
     let known: Vec<&str> = PRESETS.iter().map(|row| row.name).collect();
     let row = PRESETS.iter().find(|row| row.name == name).ok_or_else(|| SpectraError::unknown("instrument", name, &known))?;

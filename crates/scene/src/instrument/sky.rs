@@ -88,7 +88,7 @@ impl Sky {
     /// The radiance of the sky in a passband, the one of this number of so many [W m⁻² sr⁻¹].
     ///
     /// # Errors
-    /// Where there are other than one or as many magnitudes as passbands, or the zero point is not known in the passband.
+    /// If there are other than one or as many magnitudes as passbands, or the zero point is not known in the passband.
     pub fn radiance(&self, band: &Passband, number: usize, count: usize) -> Result<f64> {
         let magnitude = match &self.brightness {
             Brightness::Dark => return Ok(0.0),

@@ -119,7 +119,7 @@ pub struct Light {
 /// All lights of a scene; those that can send nothing are left out.
 ///
 /// # Errors
-/// Where the classes of field stars cannot be made.
+/// If the classes of field stars cannot be made.
 pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
     let mut lights = Vec::new();
     let per_square_parsec = 1.0 / (SPHERE * PARSEC * PARSEC);
@@ -155,7 +155,7 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
 /// Extinction of a scene; without dust nothing is asked of it but a number.
 ///
 /// # Errors
-/// Where the catalogue lacks the plainest law, which a test rules out.
+/// If the catalogue lacks the plainest law, which a test rules out.
 pub fn law(scene: &Scene) -> Result<std::sync::Arc<Extinction>> {
     Ok(match &scene.dust {
         Some(dust) => dust.extinction.clone(),

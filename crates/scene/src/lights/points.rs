@@ -45,6 +45,7 @@ impl Point {
 
 /// The unresolved sources that are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Sources {
     /// All of them are drawn.
     All,
@@ -62,7 +63,7 @@ impl Sources {
 /// to the source of a number, in the order of [`points`].
 ///
 /// # Errors
-/// Where the star field has too many stars, and on interruption by the user.
+/// If the star field has too many stars, and on interruption by the user.
 pub fn draw(
     sources: Sources,
     scene: &Scene,
@@ -110,7 +111,7 @@ pub fn disc([width, height]: [usize; 2], column: f64, row: f64) -> Vec<(usize, f
 /// The unresolved sources that a camera sees: stars of the scene first, then the star field.
 ///
 /// # Errors
-/// Where the star field has too many.
+/// If the star field has too many.
 pub fn points(sources: Sources, scene: &Scene, camera: &Camera, lights: &[Light]) -> Result<Vec<Point>> {
     let mut points = direct_points(scene, camera, lights);
     let first_of = |first: usize| lights.iter().position(|l| l.route == Route::FieldStar { class: first }).unwrap_or(0);

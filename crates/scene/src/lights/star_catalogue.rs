@@ -113,6 +113,7 @@ pub struct Photometry {
 
 /// Colour information of a star.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum Colour {
     /// Its temperature \[K\].
     Temperature(f64),
@@ -126,7 +127,7 @@ impl Photometry {
     /// Magnitudes of a system in one passband or two.
     ///
     /// # Errors
-    /// Where Vega's spectrum does not reach over one of them.
+    /// If Vega's spectrum does not reach over one of them.
     pub fn new(band: Passband, second: Option<&Passband>, system: MagnitudeSystem) -> Result<Self> {
         let zero = zero_point(&band, system)?;
         let of_second = |other: &Passband| -> Result<_> {

@@ -25,7 +25,7 @@ pub const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0
 /// The classes, in order.
 ///
 /// # Errors
-/// Where Vega's flux is not known through V, which a test rules out.
+/// If Vega's flux is not known through V, which a test rules out.
 pub fn field_classes() -> Result<Vec<StarClass>> {
     let v = Passband::named("johnson-V")?;
     let flux = zero_point(&v, MagnitudeSystem::Vega)?;
@@ -120,7 +120,7 @@ impl Circle {
 /// The stars that can touch an image, and some beside it; `margin` is how far beside it a star shines into it \[pixels\].
 ///
 /// # Errors
-/// Where there are too many.
+/// If there are too many.
 pub(crate) fn stars_in_view(field: &StarField, camera: &Camera, margin: f64) -> Result<Vec<FieldStar>> {
     let circle = Circle::of(camera, margin);
     field_stars(field, camera, cells_in_view(camera, circle.as_ref()), circle.as_ref())

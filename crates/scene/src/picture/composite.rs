@@ -15,7 +15,7 @@ fn check_alike(a: &Image, b: &Image) -> Result<()> {
 /// The images of the left and the right eye as one, which says of itself what the left one does.
 ///
 /// # Errors
-/// Where they differ in size or bands.
+/// If they differ in size or bands.
 pub fn joined(arrangement: Arrangement, left: Image, right: &Image) -> Result<Image> {
     check_alike(&left, right)?;
     let (width, height, bands) = (left.width, left.height, left.bands.len());
@@ -91,7 +91,7 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
 /// first does; none where there is none.
 ///
 /// # Errors
-/// That of a picture, and where one differs in size or bands.
+/// That of a picture, and if one differs in size or bands.
 pub fn mean<E: From<Error>>(images: impl IntoIterator<Item = std::result::Result<Image, E>>) -> std::result::Result<Option<Image>, E> {
     let mut images = images.into_iter();
     let Some(mut sum) = images.next().transpose()? else { return Ok(None) };

@@ -67,7 +67,7 @@ impl Albedo {
     /// An albedo of `value` at the wavelength `at`, which grows by `slope` for each 0.1 µm and is cut to 0 to 1.
     ///
     /// # Errors
-    /// Where the value lies outside of 0 to 1, the slope is no number, or the wavelength is not above zero.
+    /// If the value lies outside of 0 to 1, the slope is no number, or the wavelength is not above zero.
     pub fn linear(value: f64, slope: f64, at: Wavelength) -> Result<Self> {
         let albedo = Albedo::Linear { value, slope, at_um: at.0 };
         albedo.check("")?;
@@ -163,11 +163,8 @@ pub(super) fn build(dust: &Section, inputs: &Inputs, extinction: &Extinction) ->
             own => Ok(own),
         };
     }
-    if let Ok(Some(value)) = dust.number("albedo", 0.0..=1.0) {
-        return Ok(Albedo::Constant(value));
-    }
     match dust.table("albedo") {
         Ok(Some(section)) => build_kind("albedo", KINDS, &section, inputs),
-        _ => Err(dust.error("albedo", "a number from 0 to 1, or a table with a kind")),
+        _ => Ok(Albedo::Constant(need_number(dust, "albedo")?)),
     }
 }

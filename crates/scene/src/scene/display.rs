@@ -51,7 +51,7 @@ impl Display {
     /// Reads a display of pictures through `bands` from its properties, those of a table `[display]`.
     ///
     /// # Errors
-    /// Where a key is unknown or a value wrong; its place is said.
+    /// If a key is unknown or a value wrong; its place is said.
     pub fn from_properties(table: &Table, bands: &[Passband]) -> Result<Self> {
         build(Some(&Section::new(table, "display")), bands)
     }

@@ -240,7 +240,7 @@ impl<'a> Fields<'a> {
     /// The field that the expression under `key` is.
     ///
     /// # Errors
-    /// Where it is no expression of fields that there are, or what it gives is no density.
+    /// If it is no expression of fields that there are, or what it gives is no density.
     pub fn expression(&self, section: &Section, key: &str) -> Result<Arc<dyn Field>> {
         let formula = section.need_text(key)?;
         let said = self.said_of(formula);
@@ -253,7 +253,7 @@ impl<'a> Fields<'a> {
     /// A formula under `key` that holds in all of space, of the fields or of none.
     ///
     /// # Errors
-    /// Where it is no expression of fields that there are.
+    /// If it is no expression of fields that there are.
     pub(super) fn everywhere(&self, section: &Section, key: &str, formula: &str) -> Result<Arc<dyn Field>> {
         let made = Expression::everywhere(formula, |name| self.named(name));
         Ok(Arc::new(made.map_err(|message| self.wrong(section, key, message))?))

@@ -50,7 +50,7 @@ impl Film<'_> {
     /// Keyframes of the gas of a table at this moment; `None` if it is solved at each.
     ///
     /// # Errors
-    /// Where what the scene says at a moment cannot be read.
+    /// If what the scene says at a moment cannot be read.
     pub(super) fn around(&self, gas: &Section, fields: &Fields, loader: &Loader) -> Result<Option<Nearest>> {
         let first = |place: &str| place.split(['.', '[']).next().unwrap_or_default().to_owned();
         let changed: Vec<String> = self.timeline.tracks().map(|(place, _)| first(place)).collect();
@@ -87,7 +87,7 @@ impl Film<'_> {
     /// Warning about a star whose light changes faster than light crosses the cloud, which as a whole grows bright at once; none where no star does.
     ///
     /// # Errors
-    /// Where what the scene says at a moment cannot be read.
+    /// If what the scene says at a moment cannot be read.
     pub fn missing_echo(&self, scene: &Scene, loader: &Loader) -> Result<Option<String>> {
         let bounds = scene.densities().map(|density| density.bounds().size().max_element()).filter(|size| size.is_finite());
         let crossing_s = bounds.fold(0.0, f64::max) * PARSEC / SPEED_OF_LIGHT;

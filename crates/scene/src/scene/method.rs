@@ -162,7 +162,7 @@ impl Method {
     /// The method called `name` in place of this one's.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If there is none.
     pub fn with_name(mut self, name: &str) -> spectra::Result<Self> {
         let name = ALIASES.iter().find(|(before, _)| *before == name).map_or(name, |(_, now)| now);
         let known: Vec<&str> = methods().map(|m| m.name).collect();
@@ -173,7 +173,7 @@ impl Method {
     /// Refuses what no method can be asked for.
     ///
     /// # Errors
-    /// Where a number lies outside of what scene files may say.
+    /// If a number lies outside of what scene files may say.
     pub fn check(&self) -> Result<()> {
         let whole = |what: &'static str, value: Option<usize>, range: RangeInclusive<i64>| match value {
             Some(n) if !i64::try_from(n).is_ok_and(|n| range.contains(&n)) => {

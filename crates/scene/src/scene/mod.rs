@@ -269,7 +269,7 @@ impl Scene {
     /// is at the loader's [moment](Loader::at).
     ///
     /// # Errors
-    /// Where a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check);
+    /// If a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check);
     /// each says its place.
     pub fn from_properties(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
         let inputs = loader.inputs.recording();
@@ -287,13 +287,13 @@ impl Scene {
     /// Reads a scene without changes from its properties; `film` says which moment of a film it is.
     ///
     /// # Errors
-    /// Where a key is unknown or missing, or a value is out of range.
+    /// If a key is unknown or missing, or a value is out of range.
     pub fn still(table: &Table, name: &str, loader: &Loader, film: Option<Film>) -> Result<Self> {
         let root = &Section::root(table);
         root.check_keys(&ROOT.iter().map(|k| k.name).collect::<Vec<_>>())?;
         let loader = &loader.recording();
         let inputs = &loader.inputs;
-        let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("table [{key}] is missing")));
+        let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("the scene has no {key}; add [{key}]")));
         let camera = camera::build(&need("camera")?, inputs)?;
         let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, inputs, &camera)?));
         let bookmarks = root.named_tables("bookmark")?.into_iter().map(bookmark).collect::<Result<_>>()?;
@@ -413,7 +413,7 @@ impl Scene {
     /// Refuses an image that would take more than `memory_limit` bytes, sixteen for each value, whatever its layers are.
     ///
     /// # Errors
-    /// Where it would.
+    /// If it would.
     pub fn check_image(&self, memory_limit: u64) -> Result<()> {
         memory::check("the image", self.image_bytes(self.bands.len()), memory_limit)
     }
@@ -430,7 +430,7 @@ impl Scene {
     /// over every passband. Everything that renders a scene asks this first.
     ///
     /// # Errors
-    /// Where something is wrong, with its place such as `star[2].position` and what would be right.
+    /// If something is wrong, with its place such as `star[2].position` and what would be right.
     pub fn check(&self) -> Result<()> {
         at("", "camera", self.camera.check())?;
         self.bookmarks.iter().try_for_each(|(name, camera)| at("bookmark", name, camera.check()))?;
@@ -496,7 +496,7 @@ impl Scene {
     /// How band radiances through a passband become the unit of the observation, as a camera sees them; none where there is no observation.
     ///
     /// # Errors
-    /// Where they cannot: Vega is not known in the passband, or electrons are asked for without an instrument.
+    /// If they cannot: Vega is not known in the passband, or electrons are asked for without an instrument.
     pub fn in_unit(&self, band: &Passband, camera: &Camera) -> Result<Option<InUnit>> {
         let Some(observation) = self.observation else { return Ok(None) };
         let own = match (camera.pixel_scale(), observation.distance_pc) {

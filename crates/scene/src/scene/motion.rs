@@ -125,7 +125,7 @@ impl Motion {
     /// The species of one that moves, as a camera sees it; one without lines stays as it is.
     ///
     /// # Errors
-    /// Where velocities are no numbers or too many, their grids would take more than `memory_limit` bytes, or on interruption by the user.
+    /// If velocities are no numbers or too many, their grids would take more than `memory_limit` bytes, or on interruption by the user.
     pub fn split(&self, (name, density, spectrum): Glow, camera: &Camera, memory_limit: u64, control: &Control) -> Result<Vec<Glow>> {
         if spectrum.lines().is_empty() {
             return Ok(vec![(name, density, spectrum)]);

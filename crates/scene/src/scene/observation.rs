@@ -50,7 +50,7 @@ pub(super) fn build(section: &Section) -> Result<Observation> {
 /// Refuses what is no observation by this camera.
 ///
 /// # Errors
-/// Where a number is none that it can be, or a parallel view has no distance.
+/// If a number is none that it can be, or a parallel view has no distance.
 pub(super) fn check(observation: &Observation, camera: &Camera) -> Result<()> {
     observation.target.check()?;
     let is_finite = observation.position_angle.is_finite() && observation.distance_pc.is_none_or(|pc| pc.is_finite() && pc > 0.0);

@@ -30,7 +30,7 @@ impl Scene {
     /// Scene as rendered for files: without layers where no file stores them.
     ///
     /// # Errors
-    /// Where its image with the layers, or its glare where a file shows colours, would take more than `memory_limit` bytes.
+    /// If its image with the layers, or its glare where a file shows colours, would take more than `memory_limit` bytes.
     pub fn for_files(mut self, have_layers: bool, show_colours: bool, memory_limit: u64) -> Result<Self> {
         if !have_layers {
             self.output.layers = LayerChoice::default();
@@ -74,7 +74,7 @@ impl Output {
     /// Reads how files hold pictures from its properties, those of a table `[output]`.
     ///
     /// # Errors
-    /// Where a key is unknown or a value wrong; its place is said.
+    /// If a key is unknown or a value wrong; its place is said.
     pub fn from_properties(table: &Table) -> Result<Self> {
         build(Some(&Section::new(table, "output")))
     }

@@ -161,7 +161,7 @@ pub const TABLES: &[TableRow] = &[
     TableRow {
         title: "[background.catalogue]",
         path: "background.catalogue",
-        text: "Stars of a CSV file at infinity, at their sky positions. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; or Gaia's `phot_g_mean_mag`, `phot_bp_mean_mag`, `phot_rp_mean_mag`), a second magnitude, `temperature` or `type` for the colour, and `name`;                other columns and rows without a magnitude are ignored. A star with two magnitudes has exactly both.",
+        text: "Stars of a CSV file at infinity, at their sky positions. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in degrees, or texts such as 18h18m48s), `magnitude` or the name of a passband (`johnson-V`; or Gaia's `phot_g_mean_mag`, `phot_bp_mean_mag`, `phot_rp_mean_mag`), a second magnitude, `temperature` or `type` for the colour, and `name`; other columns and rows without a magnitude are ignored. A star with two magnitudes has exactly both.",
         keys: catalogue::KEYS,
         kinds: Vec::new,
         catalogues: &[],

@@ -51,7 +51,7 @@ impl Spectrograph {
     /// A channel's passband: one between its edges, spread by the width of a line, so that all channels together are one in between.
     ///
     /// # Errors
-    /// Where its wavelengths are none.
+    /// If its wavelengths are none.
     pub fn channel(&self, number: usize) -> Result<Passband> {
         let (centre, width) = (Wavelength(self.axis.middle_um(number)), Wavelength(self.axis.step_um));
         // As many digits as tell one channel from the next.

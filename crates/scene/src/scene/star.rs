@@ -53,7 +53,7 @@ impl Star {
     /// A star of the shape of a spectrum, as bright as `scale` says.
     ///
     /// # Errors
-    /// Where shape and scale do not go together, such as the radius of a power law.
+    /// If shape and scale do not go together, such as the radius of a power law.
     pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Self> {
         Ok(Self::new(sed::scaled(shape, scale)?))
     }

@@ -41,7 +41,7 @@ impl Palette {
     /// The palette called `name` for these bands.
     ///
     /// # Errors
-    /// Where there is no such palette, or it is made for other bands.
+    /// If there is no such palette, or it is made for other bands.
     pub fn named(name: &str, bands: &[Passband]) -> Result<Self> {
         let known: Vec<&str> = PALETTES.iter().map(|p| p.name).collect();
         let entry = PALETTES.iter().find(|p| p.name == name).ok_or_else(|| SpectraError::unknown("palette", name, &known))?;

@@ -74,7 +74,7 @@ impl Stretch {
     /// The stretch called `name`; `strength` is its parameter, the default if not given.
     ///
     /// # Errors
-    /// Where there is no such stretch, or its parameter lies outside of what it takes.
+    /// If there is no such stretch, or its parameter lies outside of what it takes.
     pub fn named(name: &str, strength: Option<f64>) -> Result<Self> {
         let known: Vec<&str> = STRETCHES.iter().map(|s| s.name).collect();
         let entry = STRETCHES.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("stretch", name, &known))?;

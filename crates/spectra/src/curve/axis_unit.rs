@@ -16,6 +16,7 @@ pub struct AxisUnit {
 
 /// The quantity on a spectral axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AxisQuantity {
     /// Wavelength \[µm\].
     Wavelength,

@@ -127,7 +127,7 @@ impl Columns {
     /// line of units below it, may precede the numbers.
     ///
     /// # Errors
-    /// Where a row is no row of numbers or has another length than the first, numbers are ambiguous, or there are more
+    /// If a row is no row of numbers or has another length than the first, numbers are ambiguous, or there are more
     /// than a million rows; with the line.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text).replace("\r\n", "\n").replace('\r', "\n");
@@ -138,8 +138,10 @@ impl Columns {
         let body: Vec<(usize, &str)> = lines.iter().copied().filter(|(_, line)| comment(line.trim_start()).is_none()).collect();
         let is_row = |line: &str| DIALECTS.iter().any(|dialect| dialect.starts_with_numbers(line));
         let Some(first) = body.iter().position(|(_, line)| is_row(line)) else {
-            let shown = body.first().map_or(String::new(), |(line, text)| format!("; line {line} is \"{}\"", clipped(text)));
-            return Err(SpectraError::table(name, format!("holds no rows of two or more numbers{shown}")));
+            let is_numeric = |(_, line): &&(usize, &str)| line.trim_start().starts_with(|c: char| c.is_ascii_digit());
+            let line = body.iter().find(is_numeric).or(body.first());
+            let shown = line.map_or(String::new(), |(line, text)| format!("; line {line} is \"{}\"", clipped(text)));
+            return Err(SpectraError::table(name, format!("has no rows of two or more numbers{shown}")));
         };
         if body.len() - first > MAX_SAMPLES {
             return Err(SpectraError::table(name, format!("has more than {MAX_SAMPLES} rows")));
@@ -159,7 +161,9 @@ impl Columns {
             let row = dialect.row(text).ok_or_else(|| not_a_row(name, *line, text))?;
             let width = columns.rows.first().map_or(row.len(), |(_, first)| first.len());
             if row.len() != width {
-                let reason = format!("line {line} has {} numbers, the rows above {width}; use decimal points", row.len());
+                let count = row.len();
+                let numbers = if count == 1 { "number" } else { "numbers" };
+                let reason = format!("line {line} has {count} {numbers}, the rows above have {width}; use decimal points");
                 return Err(SpectraError::table(name, reason));
             }
             columns.rows.push((*line, row));

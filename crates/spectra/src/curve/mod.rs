@@ -64,7 +64,7 @@ impl SpectralCurve {
     /// Reads a curve from text; `name` is the file's name in messages.
     ///
     /// # Errors
-    /// Where the text holds no such columns, or a unit is unknown, missing or ambiguous.
+    /// If the text holds no such columns, or a unit is unknown, missing or ambiguous.
     pub fn parse(name: &str, text: &str, options: CurveOptions) -> Result<Self> {
         Self::from_columns(name, &Columns::parse(name, text)?, options)
     }
@@ -72,7 +72,7 @@ impl SpectralCurve {
     /// Makes a curve of columns; `name` is the file's name in messages.
     ///
     /// # Errors
-    /// Where the columns are no such curve, or a unit is unknown, missing or ambiguous.
+    /// If the columns are no such curve, or a unit is unknown, missing or ambiguous.
     pub fn from_columns(name: &str, columns: &Columns, options: CurveOptions) -> Result<Self> {
         let refuse = |reason: String| SpectraError::table(name, reason);
         let axis = Axis::of(name, columns)?;

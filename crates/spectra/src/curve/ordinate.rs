@@ -7,6 +7,7 @@ use super::columns::Column;
 
 /// The quantity of a curve's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Ordinate {
     /// Throughput of a filter, 0 to 1.
     Throughput,
@@ -71,7 +72,7 @@ impl Ordinate {
     /// The factor that makes the quantity of a column's values.
     ///
     /// # Errors
-    /// Where the column states a unit that the quantity cannot have.
+    /// If the column states a unit that the quantity cannot have.
     pub fn scale(self, column: &Column) -> Result<Scale, String> {
         let bracket = column.name.split_once(['[', '(']).map(|(_, rest)| rest.trim_end_matches([']', ')']).trim());
         let stated = column.unit.as_deref().map(str::trim).or(bracket).filter(|unit| !unit.is_empty());

@@ -118,7 +118,7 @@ impl Extinction {
     /// The law of the catalogue called `name`, with R_V = 3.1 where it takes one.
     ///
     /// # Errors
-    /// Where there is none of that name.
+    /// If there is none of that name.
     pub fn named(name: &str) -> Result<Self> {
         Self::with_r_v(name, None)
     }
@@ -126,7 +126,7 @@ impl Extinction {
     /// The law called `name` with another R_V = A(V)/E(B−V).
     ///
     /// # Errors
-    /// Where there is no such law, it takes no R_V, or not this one.
+    /// If there is no such law, it takes no R_V, or not this one.
     pub fn with_r_v(name: &str, r_v: Option<f64>) -> Result<Self> {
         let known: Vec<&str> = LAWS.iter().map(|l| l.name).collect();
         let entry = LAWS.iter().find(|l| l.name == name).ok_or_else(|| SpectraError::unknown("extinction law", name, &known))?;
@@ -161,7 +161,7 @@ impl Extinction {
     /// Checks that the law holds from `low_um` to `high_um`; the error names `what` asked.
     ///
     /// # Errors
-    /// Where it does not, with the interval in which it does.
+    /// If it does not, with the interval in which it does.
     pub fn check(&self, what: &str, low_um: f64, high_um: f64) -> Result<()> {
         let (low, high) = self.law.range_um();
         // Ranges are published with few digits: a part in 10⁹ is rounding, not extrapolation.

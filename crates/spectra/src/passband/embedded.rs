@@ -147,7 +147,7 @@ pub const SETS: &[SetEntry] = &[
 /// The passbands of the set called `name`.
 ///
 /// # Errors
-/// Where there is no such set.
+/// If there is no such set.
 pub fn set(name: &str) -> Result<Vec<Passband>> {
     let known: Vec<&str> = SETS.iter().map(|s| s.name).collect();
     let entry = SETS.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("passband set", name, &known))?;

@@ -50,7 +50,7 @@ impl Counting {
     /// The way of counting called `name`.
     ///
     /// # Errors
-    /// Where there is none of that name.
+    /// If there is none of that name.
     pub fn named(name: &str) -> Result<Self> {
         match name {
             "energy" => Ok(Counting::Energy),
@@ -138,7 +138,7 @@ impl Passband {
     /// A passband of a curve.
     ///
     /// # Errors
-    /// Where the curve is empty, negative, or no number.
+    /// If the curve is empty, negative, or no number.
     pub fn new(name: &str, counting: Counting, curve: impl Curve + 'static) -> Result<Self> {
         let breaks = curve.breakpoints_um();
         let wrong = |l: &&f64| !(0.0..).contains(&curve.throughput(**l));
@@ -164,7 +164,7 @@ impl Passband {
     /// The embedded passband called `name`, such as `johnson-V` or `hst-wfc3-f656n`.
     ///
     /// # Errors
-    /// Where there is none of that name.
+    /// If there is none of that name.
     pub fn named(name: &str) -> Result<Self> {
         embedded::named(name)
     }
@@ -172,7 +172,7 @@ impl Passband {
     /// A passband from the text of a user's curve: wavelength and throughput, as [`SpectralCurve::parse`] reads them.
     ///
     /// # Errors
-    /// Where the text is no such curve, its unit is unknown or ambiguous, or the curve is empty or negative.
+    /// If the text is no such curve, its unit is unknown or ambiguous, or the curve is empty or negative.
     pub fn from_csv(name: &str, text: &str, counting: Counting) -> Result<Self> {
         Self::new(name, counting, SpectralCurve::parse(name, text, CurveOptions::of_file(Ordinate::Throughput))?.table)
     }

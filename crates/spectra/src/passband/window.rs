@@ -14,6 +14,7 @@ use crate::units::Wavelength;
 
 /// The shape of an analytic passband.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum Window {
     /// A window that is one within centre ± width/2.
     TopHat {
@@ -101,7 +102,7 @@ impl Curve for Window {
 /// A passband from an analytic window; its support must lie at positive wavelengths and have a width.
 ///
 /// # Errors
-/// Where its support lies elsewhere or has no width.
+/// If its support lies elsewhere or has no width.
 pub fn window(name: &str, counting: Counting, shape: Window) -> Result<Passband> {
     let (low, high) = shape.support_um();
     if !(low > 0.0 && high > low && high.is_finite()) {

@@ -264,7 +264,7 @@ pub const RULES: &[RuleEntry] = &[
 /// The rule called `name`.
 ///
 /// # Errors
-/// Where there is none.
+/// If there is none.
 pub fn rule(name: &str) -> Result<&'static RuleEntry> {
     let known: Vec<&str> = RULES.iter().map(|r| r.name).collect();
     RULES.iter().find(|r| r.name == name).ok_or_else(|| SpectraError::unknown("spectral method", name, &known))

@@ -61,7 +61,7 @@ const WIDEST: f64 = 10.0;
 /// between the two nearest types of the same luminosity class, at most ten subclasses apart.
 ///
 /// # Errors
-/// Where `name` is no type, or one beyond the library's.
+/// If `name` is no type, or one beyond the library's.
 pub fn star(name: &str) -> Result<Arc<Table>> {
     let wanted = SpectralType::parse(name).ok_or_else(|| {
         SpectraError::SpectralType(format!(
@@ -102,7 +102,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
 /// Vega's flux at the Earth, CALSPEC alpha_lyr_stis_011 [W m⁻² µm⁻¹].
 ///
 /// # Errors
-/// Where the embedded table is broken, which a test rules out.
+/// If the embedded table is broken, which a test rules out.
 pub fn vega() -> Result<&'static Table> {
     static VEGA: OnceLock<Table> = OnceLock::new();
     once(&VEGA, || {

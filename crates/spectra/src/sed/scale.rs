@@ -34,6 +34,7 @@ pub enum MagnitudeSystem {
 
 /// The scale of a spectrum: how bright the star is.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum Scale {
     /// The star has this bolometric luminosity.
     Luminosity(Luminosity),
@@ -63,6 +64,7 @@ impl Foreground {
 
 /// The kinds of shape that can be scaled.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum StarShape {
     /// A black body of this temperature.
     BlackBody(Temperature),
@@ -83,7 +85,7 @@ pub fn blackbody(temperature: Temperature, luminosity: Luminosity) -> Spectrum {
 /// The star's specific luminosity L_λ [W µm⁻¹].
 ///
 /// # Errors
-/// Where shape and scale do not go together, or the spectrum is zero where its scale is fixed.
+/// If shape and scale do not go together, or the spectrum is zero where its scale is fixed.
 pub fn scaled(shape: StarShape, scale: &Scale) -> Result<Spectrum> {
     let dynamic: Arc<dyn Shape> = match &shape {
         StarShape::BlackBody(t) => Arc::new(BlackBody(*t)),
@@ -134,7 +136,7 @@ fn trapezoid(table: &Table) -> f64 {
 /// Band flux ∫ R F_λ dλ of magnitude zero [W m⁻²].
 ///
 /// # Errors
-/// Where Vega's spectrum does not reach over the band.
+/// If Vega's spectrum does not reach over the band.
 pub fn zero_point(band: &Passband, system: MagnitudeSystem) -> Result<f64> {
     match system {
         MagnitudeSystem::Ab => Ok(band.integrate(|l| AB_ZERO_POINT * SPEED_OF_LIGHT / (l * 1e-6).powi(2) * 1e-6)),

@@ -154,7 +154,7 @@ impl Whole {
     /// Marches the rays of the picture through a brick, whose fields stand at the voxels that it [holds](Self::held).
     ///
     /// # Errors
-    /// Where fields have other numbers of values, the result would take more memory than allowed, and when the user
+    /// If fields have other numbers of values, the result would take more memory than allowed, and when the user
     /// wishes to stop.
     pub fn march(&self, place: [usize; 3], fields: BrickFields, control: &Control) -> Result<Partial> {
         let whole = self.partition.lattice();
@@ -248,7 +248,7 @@ impl Whole {
     /// Combined effect of two bricks, the nearer one first.
     ///
     /// # Errors
-    /// Where the parts are not those of this picture.
+    /// If the parts are not those of this picture.
     pub fn over(&self, front: Partial, back: Partial) -> Result<Partial> {
         let tables = Tables::new(&self.plan);
         let (k, size) = (self.extinctions(&tables), self.size(&tables));
@@ -289,7 +289,7 @@ impl Whole {
     /// The picture of what all bricks do, stars and background behind them, and what was measured on the way.
     ///
     /// # Errors
-    /// Where values are no numbers or the parts are not those of this picture, and on interruption by the user.
+    /// If values are no numbers or the parts are not those of this picture, and on interruption by the user.
     pub fn picture(&self, all: &Partial, control: &Control) -> Result<(Image, RenderStats)> {
         let plan = &self.plan;
         let tables = Tables::new(plan);

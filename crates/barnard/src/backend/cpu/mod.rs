@@ -184,7 +184,7 @@ fn marched(
 /// Renders a plan of `scene`.
 ///
 /// # Errors
-/// Where values are no numbers, and on interruption by the user.
+/// If values are no numbers, and on interruption by the user.
 pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, RenderStats)> {
     let (data, stats) = radiance(plan, control)?;
     Ok((finished(scene, plan, Radiance::single(data, stats), ENTRY.name, control)?, stats))

@@ -33,7 +33,7 @@ impl Majorant {
     /// Bounds `field` from above, block by block.
     ///
     /// # Errors
-    /// Where the field is not finite at a place where it is asked, and on interruption by the user.
+    /// If the field is not finite at a place where it is asked, and on interruption by the user.
     pub fn new(field: &dyn Field, control: &Control) -> Result<Self> {
         let blocks = match field.grid() {
             Some(grid) => of_grid(grid),

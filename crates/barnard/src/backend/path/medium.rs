@@ -64,7 +64,7 @@ impl<'a> Medium<'a> {
     /// Prepares flights through `dust`.
     ///
     /// # Errors
-    /// Where it has no bound, and on interruption by the user.
+    /// If it has no bound, and on interruption by the user.
     pub fn new(dust: &'a Dust, detail: Option<&'a SeenDetail>, control: &Control) -> Result<Self> {
         Ok(Self { dust, majorant: Majorant::new(&*dust.density, control)?, detail })
     }

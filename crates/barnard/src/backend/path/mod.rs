@@ -142,7 +142,7 @@ impl Backend for PathTracer {
 /// Refuses a picture whose sums, those of a pass beside them and the picture itself take more memory than allowed.
 ///
 /// # Errors
-/// Where it does.
+/// If it does.
 pub fn check_memory(scene: &Scene, limit: u64) -> Result<()> {
     let values = (scene.camera.width * scene.camera.height * scene.bands.len()) as u64;
     memory::check("the sums of paths", values.saturating_mul(96), limit)
@@ -155,7 +155,7 @@ const PASS: u64 = 8;
 /// hears of the film after each.
 ///
 /// # Errors
-/// Where a density has no bound, and [`Interrupted`](crate::Error::Interrupted).
+/// If a density has no bound, and [`Interrupted`](crate::Error::Interrupted).
 pub fn trace(scene: &Scene, options: &Options, film: &mut Film, control: &Control, tell: &mut dyn FnMut(&Film)) -> Result<()> {
     scene.check()?;
     let lights = lights(scene)?;
@@ -269,7 +269,7 @@ fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
 /// The picture that `film` holds, its bands followed by their standard errors, with points as `reference` draws them.
 ///
 /// # Errors
-/// Where a point's light cannot be told, and on interruption by the user.
+/// If a point's light cannot be told, and on interruption by the user.
 pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -> Result<Image> {
     let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
     let points = super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, control, |i, value| data[i] += value)?;

@@ -112,7 +112,7 @@ impl<'a> Tracer<'a> {
     /// A tracer of `lights` in `scene`, seen with such `detail`, that counts paths of so many scatterings.
     ///
     /// # Errors
-    /// Where a density has no bound, and on interruption by the user.
+    /// If a density has no bound, and on interruption by the user.
     pub fn new(
         scene: &'a Scene,
         lights: &'a [Light],

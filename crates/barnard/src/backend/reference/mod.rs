@@ -90,7 +90,7 @@ pub struct Reference {
 /// Renders `scene` to `accuracy` of each pixel's radiance.
 ///
 /// # Errors
-/// Errors of [`Scene::check`], where light scatters more than once, and on interruption by the user.
+/// Errors of [`Scene::check`], if light scatters more than once, and on interruption by the user.
 pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> {
     Ok(Reference { accuracy }.render(&Job::new(scene, &Options::default())?, control)?.0)
 }

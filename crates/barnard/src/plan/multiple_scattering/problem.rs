@@ -66,7 +66,7 @@ impl<'a> Problem<'a> {
     /// As many cells as `fineness` says, or as the memory limit lets be.
     ///
     /// # Errors
-    /// Where even the fewest do not fit.
+    /// If even the fewest do not fit.
     pub fn fitting(&self, fineness: Fineness) -> Result<Fitting> {
         let Draft { settings, space, .. } = self.draft;
         let harmonics = count(self.kept_degree(fineness));

@@ -45,7 +45,7 @@ impl<'a> Sweepers<'a> {
     /// Does `work` with the first sweeper that can; returns what it made, and the name that outputs state.
     ///
     /// # Errors
-    /// On interruption by the user, and where the processor cannot either.
+    /// On interruption by the user, and if the processor cannot either.
     pub fn run<T>(&self, work: impl Fn(&dyn Sweeper) -> Result<T, Failure>) -> crate::error::Result<(T, Arc<str>)> {
         if let Some(device) = self.device.filter(|_| self.gave_up.get().is_none()) {
             match work(device) {

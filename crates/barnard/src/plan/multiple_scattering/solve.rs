@@ -43,7 +43,7 @@ impl Problem<'_> {
     /// The field in some cells; what another was found from is not solved again.
     ///
     /// # Errors
-    /// Where it comes to no number, and on interruption by the user.
+    /// If it comes to no number, and on interruption by the user.
     pub fn solve(&self, discretization: Discretization, before: Option<&MultipleScattering>, control: &Control) -> Result<Solution> {
         let Discretization { cells, fineness, kernels } = discretization;
         let space = &*self.draft.space;

@@ -36,6 +36,7 @@ pub struct Transfer<'a> {
 
 /// Why there is no next order.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum Failure {
     /// The user's wish to stop.
     Stopped(Error),
@@ -57,7 +58,7 @@ pub trait Sweeper: Debug + Send + Sync {
     /// Takes up moments of light that has not been scattered yet.
     ///
     /// # Errors
-    /// Where they do not fit.
+    /// If they do not fit.
     fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> Result<Box<dyn Orders + 'a>, Failure>;
 }
 
@@ -72,6 +73,6 @@ pub trait Orders {
     /// The sum of all orders, the last one added once more by these factors.
     ///
     /// # Errors
-    /// When a device gives up.
+    /// If a device gives up.
     fn sum(self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure>;
 }

@@ -6,6 +6,7 @@ use crate::camera::{Camera, Projection};
 
 /// The place of an eye, or the direction in which it looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum View {
     From(DVec3),
     Along(DVec3),

@@ -29,7 +29,7 @@ pub const OWN: BakeResolution = BakeResolution { least: MIN_BAKE, most: usize::M
 /// Puts grids in the place of functions, so that every back end sees the same samples.
 ///
 /// # Errors
-/// Where samples would take more memory than allowed, or are no densities.
+/// If samples would take more memory than allowed, or are no densities.
 pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
     let mut grids = sampled_densities(scene, options, &Control::default())?.into_iter();
     let densities = scene.dust.iter_mut().map(|dust| &mut dust.density).chain(scene.emission.iter_mut().map(|gas| &mut gas.density));

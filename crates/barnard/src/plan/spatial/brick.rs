@@ -27,7 +27,7 @@ pub struct BrickFields {
 /// glowing species in its own unit; each depth × height × width values, x running fastest.
 ///
 /// # Errors
-/// Where they would take more memory than allowed, or are no densities, and on interruption by the user.
+/// If they would take more memory than allowed, or are no densities, and on interruption by the user.
 pub fn densities(scene: &Scene, lattice: &Lattice, options: &Options, control: &Control) -> Result<Vec<Grid>> {
     let dust = scene.dust.iter().map(|dust| (&dust.density, dust.sigma_v_per_pc, "dust"));
     let fields: Vec<_> = dust.chain(scene.emission.iter().map(|gas| (&gas.density, 1.0, &*gas.name))).collect();
@@ -48,7 +48,7 @@ impl SpatialPlan {
     /// this one.
     ///
     /// # Errors
-    /// Where a field has another number of values, there are more or fewer fields than this space has, or volumes would
+    /// If a field has another number of values, there are more or fewer fields than this space has, or volumes would
     /// take more memory than allowed.
     pub(crate) fn brick(&self, whole: &Lattice, voxels: &[Range<usize>; 3], fields: BrickFields, memory_limit: u64) -> Result<Self> {
         let held = &whole.part(voxels);

@@ -282,7 +282,7 @@ impl SpatialPlan {
     /// Refuses a star whose own cell already swallows all of its light.
     ///
     /// # Errors
-    /// Where there is one, with its name.
+    /// If there is one, with its name.
     pub fn check_stars(&self, scene: &Scene) -> Result<()> {
         let Some(dust) = &self.dust else { return Ok(()) };
         let edge = dust.lattice().voxel_pc().max_element();

@@ -142,7 +142,7 @@ impl SpatialPlan {
     /// Puts a star elsewhere \[pc\] and sweeps its depths alone anew.
     ///
     /// # Errors
-    /// Where there is no such star, its depths are not kept, or the place is none.
+    /// If there is no such star, its depths are not kept, or the place is none.
     pub fn move_star(&mut self, star: usize, place: DVec3, control: &Control) -> Result<()> {
         if !place.is_finite() {
             return Err(Error::Star(format!("the star position {place} pc must be finite")));

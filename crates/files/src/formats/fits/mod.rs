@@ -180,7 +180,7 @@ pub(super) fn picture(request: &mut Request) -> Result<([usize; 2], Vec<f64>)> {
 /// The columns of the first table of a file, or of the HDU that the request names.
 ///
 /// # Errors
-/// Where the file has no such table, or its cells are no single numbers.
+/// If the file has no such table, or its cells are no single numbers.
 pub fn columns(request: &mut Request) -> Result<Columns> {
     gzip::unpacked(request)?;
     let path = request.path;

@@ -155,7 +155,7 @@ fn is_aside(name: &str) -> bool {
 /// Reads every image of two axes of a FITS file, those of masks and errors too; together they may take `memory_limit` bytes.
 ///
 /// # Errors
-/// Where the file cannot be read, or has images of different sizes, or none.
+/// If the file cannot be read, or has images of different sizes, or none.
 pub fn observed(path: &Path, memory_limit: u64) -> Result<Observed> {
     let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     let request = &mut Request::new(file, path, None, memory_limit)?;
@@ -179,7 +179,7 @@ pub fn observed(path: &Path, memory_limit: u64) -> Result<Observed> {
 /// World coordinates of a picture, as in its file; `None` if not stated.
 ///
 /// # Errors
-/// Where it cannot be written as FITS.
+/// If it cannot be written as FITS.
 pub fn sky_of(image: &Image) -> Result<Option<Sky>> {
     let Some(band) = image.bands.first() else { return Ok(None) };
     let pixels = image.width * image.height;

@@ -64,7 +64,7 @@ impl Table {
     /// All columns of single numbers, with their names and units; a column of anything else is refused by name.
     ///
     /// # Errors
-    /// Where a cell holds no single number, or there are more than a million rows.
+    /// If a cell holds no single number, or there are more than a million rows.
     pub fn columns(&self, header: &Header, cells: &[u8]) -> Result<Columns, String> {
         if self.rows > MAX_SAMPLES {
             return Err(format!("has more than {MAX_SAMPLES} rows"));

@@ -44,7 +44,7 @@ impl Filling {
     /// Room for an array of this shape, all of it zero; its blocks may take `limit` bytes, and `label` names it.
     ///
     /// # Errors
-    /// Where the list of the blocks alone takes more.
+    /// If the list of the blocks alone takes more.
     pub fn new(blocking: Blocking, shape: [usize; 3], label: &Path, limit: u64) -> Result<Self, Error> {
         let dims = blocking.axes.map(|axis| shape[axis]);
         // Each with how many of its voxels have not come.
@@ -122,7 +122,7 @@ impl Filling {
     /// The finished blocks.
     ///
     /// # Errors
-    /// Where it took more memory than it may, or all values are less than single precision holds.
+    /// If it took more memory than it may, or all values are less than single precision holds.
     pub fn finish(mut self) -> Result<Blocks, Error> {
         if let Some(wrong) = self.wrong {
             return Err(wrong);

@@ -20,6 +20,7 @@ const STEPS: f32 = 254.0;
 
 /// Storage precisions of a block, the most exact first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[non_exhaustive]
 pub enum Storage {
     /// Four bytes a value, as it is in single precision.
     #[default]

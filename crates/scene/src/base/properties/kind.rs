@@ -39,7 +39,7 @@ impl<T> Kind<T> {
 /// Builds what `section` describes by the row of `kinds` that its key `kind` names.
 ///
 /// # Errors
-/// Where there is no such row, or its keys are wrong.
+/// If there is no such row, or its keys are wrong.
 pub fn build_kind<T>(noun: &'static str, kinds: &[Kind<T>], section: &Section, inputs: &Inputs) -> Result<T> {
     build_kind_with(noun, kinds, &[], section, inputs)
 }
@@ -47,7 +47,7 @@ pub fn build_kind<T>(noun: &'static str, kinds: &[Kind<T>], section: &Section, i
 /// Variant for tables that take `common` keys beside those of their kind.
 ///
 /// # Errors
-/// Where there is no such row, or its keys are wrong.
+/// If there is no such row, or its keys are wrong.
 pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[Key], section: &Section, inputs: &Inputs) -> Result<T> {
     (chosen(noun, kinds, |k| (k.name, k.keys), common, section)?.build)(section, inputs)
 }
@@ -56,7 +56,7 @@ pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[Key],
 /// gives name and keys of one.
 ///
 /// # Errors
-/// Where there is no such row, or a key is unknown.
+/// If there is no such row, or a key is unknown.
 pub fn chosen<'k, K>(
     noun: &'static str,
     kinds: &'k [K],

@@ -14,7 +14,7 @@ fn steps(place: &str) -> Result<Vec<&str>, String> {
 /// Value at a path, if any.
 ///
 /// # Errors
-/// In words, where the place is none of any tree.
+/// In words, if the place is none of any tree.
 pub fn get<'a>(tree: &'a Table, place: &str) -> Result<Option<&'a Property>, String> {
     let steps = steps(place)?;
     let (first, rest) = (steps[0], &steps[1..]);
@@ -32,7 +32,7 @@ pub fn get<'a>(tree: &'a Table, place: &str) -> Result<Option<&'a Property>, Str
 /// Sets the value at a place such as "star\[0\].temperature" of a tree; a table that it has not said is made.
 ///
 /// # Errors
-/// In words, where the tree can have no such place.
+/// In words, if the tree can have no such place.
 pub fn set(tree: &mut Table, place: &str, property: Property) -> Result<(), String> {
     let steps = steps(place)?;
     let (key, way) = (steps[steps.len() - 1], &steps[..steps.len() - 1]);

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
-use spectra::error::nearest;
+use spectra::error::{article, nearest};
 use spectra::units::{Length, Quantity, short};
 
 use super::{Place, Property, Table, Value};
@@ -64,7 +64,7 @@ impl<'a> Section<'a> {
     /// Refuses keys that are not in `known`.
     ///
     /// # Errors
-    /// Where one is not known; its place, those that are known and the nearest of them are said.
+    /// If one is not known; its place, those that are known and the nearest of them are said.
     pub fn check_keys(&self, known: &[&str]) -> Result<()> {
         let Some((key, _)) = self.table.iter().find(|(k, _)| !known.contains(k)) else { return Ok(()) };
         let hint = nearest(key, known.iter().copied()).map(|n| format!(", did you mean \"{n}\"?")).unwrap_or_default();
@@ -74,7 +74,7 @@ impl<'a> Section<'a> {
     /// Refuses `keys` that nothing would read here, since they go with `partner`.
     ///
     /// # Errors
-    /// Where one of them is there; its place is said.
+    /// If one of them is there; its place is said.
     pub fn refuse(&self, keys: &[&str], partner: &str) -> Result<()> {
         let Some(key) = keys.iter().find(|k| self.has(k)) else { return Ok(()) };
         Err(self.error(key, format!("\"{key}\" requires {partner} and would be ignored here; remove it")))
@@ -113,7 +113,7 @@ impl<'a> Section<'a> {
     /// The value of `key` as a text.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn text(&self, key: &str) -> Result<Option<&'a str>> {
         match self.value(key) {
             None => Ok(None),
@@ -125,7 +125,7 @@ impl<'a> Section<'a> {
     /// A text that must be there.
     ///
     /// # Errors
-    /// Where it is missing or something else; its place and what would be right are said.
+    /// If it is missing or something else; its place and what would be right are said.
     pub fn need_text(&self, key: &str) -> Result<&'a str> {
         self.text(key)?.ok_or_else(|| self.missing(key, "\"...\""))
     }
@@ -133,7 +133,7 @@ impl<'a> Section<'a> {
     /// The value of `key` as one of `choices`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn choice(&self, key: &str, choices: &[&'static str]) -> Result<Option<&'static str>> {
         let Some(text) = self.text(key)? else { return Ok(None) };
         let found = choices.iter().find(|c| **c == text);
@@ -143,7 +143,7 @@ impl<'a> Section<'a> {
     /// A number within `range`.
     ///
     /// # Errors
-    /// Where the value is something else, or lies outside; its place and what would be right are said.
+    /// If the value is something else, or lies outside; its place and what would be right are said.
     pub fn number(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<f64>> {
         let Some(value) = self.value(key) else { return Ok(None) };
         let number = number_of(value).ok_or_else(|| self.wrong(key, "a number"))?;
@@ -157,7 +157,7 @@ impl<'a> Section<'a> {
     /// An integer within `range`.
     ///
     /// # Errors
-    /// Where the value is something else, or lies outside; its place and what would be right are said.
+    /// If the value is something else, or lies outside; its place and what would be right are said.
     pub fn integer(&self, key: &str, range: RangeInclusive<i64>) -> Result<Option<i64>> {
         let number = match self.value(key) {
             None => return Ok(None),
@@ -173,7 +173,7 @@ impl<'a> Section<'a> {
     /// The value of `key`, true or false.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn flag(&self, key: &str) -> Result<Option<bool>> {
         match self.value(key) {
             None => Ok(None),
@@ -185,10 +185,10 @@ impl<'a> Section<'a> {
     /// A quantity with its unit.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn quantity<Q: Quantity>(&self, key: &str) -> Result<Option<Q>> {
         if self.value(key).is_some_and(|value| !matches!(value, Value::Text(_))) {
-            return Err(self.wrong(key, &format!("a {} with its unit, such as \"{}\"", Q::NAME, Q::EXAMPLE)));
+            return Err(self.wrong(key, &format!("{} {} with its unit, such as \"{}\"", article(Q::NAME), Q::NAME, Q::EXAMPLE)));
         }
         match self.text(key)? {
             None => Ok(None),
@@ -205,7 +205,7 @@ impl<'a> Section<'a> {
     /// A quantity that must be there.
     ///
     /// # Errors
-    /// Where it is missing or something else; its place and what would be right are said.
+    /// If it is missing or something else; its place and what would be right are said.
     pub fn need<Q: Quantity>(&self, key: &str) -> Result<Q> {
         self.quantity(key)?.ok_or_else(|| self.missing(key, &format!("\"{}\"", Q::EXAMPLE)))
     }
@@ -213,7 +213,7 @@ impl<'a> Section<'a> {
     /// A quantity above zero.
     ///
     /// # Errors
-    /// Where the value is something else, or not above zero; its place and what would be right are said.
+    /// If the value is something else, or not above zero; its place and what would be right are said.
     pub fn positive<Q: Quantity + std::fmt::Display>(&self, key: &str) -> Result<Option<Q>> {
         let quantity = self.quantity::<Q>(key)?;
         if let Some(q) = quantity.filter(|q| q.internal() <= 0.0) {
@@ -225,7 +225,7 @@ impl<'a> Section<'a> {
     /// A quantity above zero that must be there.
     ///
     /// # Errors
-    /// Where it is missing or something else; its place and what would be right are said.
+    /// If it is missing or something else; its place and what would be right are said.
     pub fn need_positive<Q: Quantity + std::fmt::Display>(&self, key: &str) -> Result<Q> {
         self.positive(key)?.ok_or_else(|| self.missing(key, &format!("\"{}\"", Q::EXAMPLE)))
     }
@@ -233,12 +233,20 @@ impl<'a> Section<'a> {
     /// A place "x y z unit" \[pc\].
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn position(&self, key: &str) -> Result<Option<DVec3>> {
-        let Some(text) = self.text(key)? else { return Ok(None) };
-        let words: Vec<&str> = text.split([' ', ',']).filter(|w| !w.is_empty()).collect();
         let wrong = || self.wrong(key, "a position such as \"0.5 0 -2 pc\"");
-        let [x, y, z, unit] = words[..] else { return Err(wrong()) };
+        let text = match self.value(key) {
+            None => return Ok(None),
+            Some(Value::Text(text)) => text,
+            Some(_) => return Err(wrong()),
+        };
+        let words: Vec<&str> = text.split([' ', ',']).filter(|w| !w.is_empty()).collect();
+        let &[x, y, z, unit] = &words[..] else {
+            let has_numbers = words.len() == 3 && words.iter().all(|word| word.parse::<f64>().is_ok());
+            let unitless = || self.error(key, format!("position \"{text}\" has no unit; write \"{text} pc\", or another unit of length"));
+            return Err(if has_numbers { unitless() } else { wrong() });
+        };
         let size = Length::unit_size(unit).ok_or_else(|| self.wrong(key, "a position with a unit of length, such as \"0.5 0 -2 pc\""))?;
         let parse = |t: &str| t.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong);
         let place = size * DVec3::new(parse(x)?, parse(y)?, parse(z)?);
@@ -251,7 +259,7 @@ impl<'a> Section<'a> {
     /// A place that must be there.
     ///
     /// # Errors
-    /// Where it is missing or something else; its place and what would be right are said.
+    /// If it is missing or something else; its place and what would be right are said.
     pub fn need_position(&self, key: &str) -> Result<DVec3> {
         self.position(key)?.ok_or_else(|| self.missing(key, "\"0 0 0 pc\""))
     }
@@ -259,7 +267,7 @@ impl<'a> Section<'a> {
     /// A box between two corners.
     ///
     /// # Errors
-    /// Where it is missing or something else; its place and what would be right are said.
+    /// If it is missing or something else; its place and what would be right are said.
     pub fn bounds(&self, low: &str, high: &str) -> Result<Bounds> {
         let bounds = Bounds { low: self.need_position(low)?, high: self.need_position(high)? };
         if !bounds.low.cmplt(bounds.high).all() {
@@ -271,7 +279,7 @@ impl<'a> Section<'a> {
     /// A direction [x, y, z], normalised.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn direction(&self, key: &str) -> Result<Option<DVec3>> {
         let Some(numbers) = self.numbers(key)? else { return Ok(None) };
         let wrong = || self.wrong(key, "a direction such as [0, 0, 1]");
@@ -282,7 +290,7 @@ impl<'a> Section<'a> {
     /// A list of numbers.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>> {
         let wrong = || self.wrong(key, "a list of numbers such as [1, 0.5, 2]");
         let items = match self.value(key) {
@@ -297,7 +305,7 @@ impl<'a> Section<'a> {
     /// A list of numbers that must be there, written like `example`.
     ///
     /// # Errors
-    /// Where it is missing or something else; its place and what would be right are said.
+    /// If it is missing or something else; its place and what would be right are said.
     pub fn need_numbers(&self, key: &str, example: &str) -> Result<Vec<f64>> {
         self.numbers(key)?.ok_or_else(|| self.missing(key, example))
     }
@@ -305,7 +313,7 @@ impl<'a> Section<'a> {
     /// A list of texts; a single text is a list of one.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>> {
         let wrong = || self.wrong(key, "a list of texts such as [\"johnson-B\", \"johnson-V\"]");
         let text = |item: &'a Property| match &item.value {
@@ -323,7 +331,7 @@ impl<'a> Section<'a> {
     /// The table under `key`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn table(&self, key: &str) -> Result<Option<Section<'a>>> {
         match self.value(key) {
             None => Ok(None),
@@ -335,7 +343,7 @@ impl<'a> Section<'a> {
     /// The tables under `key`, a list of tables.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn tables(&self, key: &str) -> Result<Vec<Section<'a>>> {
         let wrong = || self.wrong(key, &format!("a list of tables; write [[{key}]]"));
         let table = |(i, item): (usize, &'a Property)| match &item.value {
@@ -352,7 +360,7 @@ impl<'a> Section<'a> {
     /// The named tables under `key`, as in `[field.dust]`.
     ///
     /// # Errors
-    /// Where the value is something else; its place and what would be right are said.
+    /// If the value is something else; its place and what would be right are said.
     pub fn named_tables(&self, key: &str) -> Result<Vec<(&'a str, Section<'a>)>> {
         let Some(parent) = self.table(key)? else { return Ok(Vec::new()) };
         let names: Vec<&'a str> = parent.keys();

@@ -12,7 +12,7 @@ use crate::properties::{Key, Kind};
 
 pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "airy",
-    summary: "diffraction at the aperture, its obstruction and vanes (see optics.rs for the equation)",
+    summary: "diffraction at the aperture, its obstruction and vanes",
     keys: &[
         Key::optional("optics", "text", "none", "telescope with a known pupil, instead of obstruction and vanes").of("optics"),
         Key::optional("vanes", "integer", "0", "number of vanes of the secondary mirror, up to 12"),

@@ -53,7 +53,7 @@ impl Measured {
     /// An image of so many columns and rows, in rows, and the angle of its pixels \[rad\].
     ///
     /// # Errors
-    /// Where it is no image of a point: empty, too large, negative in sum, or with values that are no numbers.
+    /// If it is no image of a point: empty, too large, negative in sum, or with values that are no numbers.
     pub fn new(name: &str, size: [usize; 2], values: Vec<f64>, pixel_rad: f64) -> Result<Self> {
         let wrong = |found: String, expected: &str| Err(Error::mismatch("kernel", expected, format!("{found} in {name}")));
         if size.iter().any(|edge| !(1..=MAX_EDGE).contains(edge)) || values.len() != size[0] * size[1] {

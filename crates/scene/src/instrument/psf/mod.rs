@@ -36,7 +36,7 @@ pub trait PointSpread: std::fmt::Debug + Send + Sync {
     /// The light by pixel, all together one; none where pixels are too wide to tell.
     ///
     /// # Errors
-    /// Where it spreads no light at all.
+    /// If it spreads no light at all.
     fn kernel(&self, view: &View) -> Result<Option<Kernel>>;
 
     /// Description: equal texts mean equal values.

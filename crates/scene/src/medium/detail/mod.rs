@@ -63,7 +63,7 @@ impl Detail {
     /// Refuses numbers that scenes may not say.
     ///
     /// # Errors
-    /// Where there is one, with what would be right.
+    /// If there is one, with what would be right.
     pub fn check(&self) -> Result<()> {
         within("octaves of detail", self.octaves as f64, *OCTAVES.start() as f64..=*OCTAVES.end() as f64)?;
         within("strength of detail", self.strength, STRENGTHS)?;

@@ -16,7 +16,7 @@ impl Grid {
     /// Refuses negative, NaN and infinite values; says how many and where.
     ///
     /// # Errors
-    /// Where there are some.
+    /// If there are some.
     pub fn check(&self, field: &str) -> Result<()> {
         let scaled = |v: f32| (f64::from(v) * self.factor) as f32;
         if !self.store.any(|v| !scaled(v).is_finite() || scaled(v) < 0.0) {

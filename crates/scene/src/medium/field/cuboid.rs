@@ -29,7 +29,7 @@ impl Cuboid {
     /// A cuboid that fills `bounds`.
     ///
     /// # Errors
-    /// Where `bounds` is no box of finite size.
+    /// If `bounds` is no box of finite size.
     pub fn new(bounds: Bounds) -> Result<Self> {
         Ok(Self { bounds: bounds.checked()? })
     }

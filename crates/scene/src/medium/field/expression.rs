@@ -78,7 +78,7 @@ impl Expression {
     /// Parses `formula`; `lookup` finds fields by name. The message says what is wrong.
     ///
     /// # Errors
-    /// Where it is no expression, uses no field, or one that there is not.
+    /// If it is no expression, uses no field, or one that there is not.
     pub fn parse(formula: &str, lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>) -> std::result::Result<Self, String> {
         let (normalised, formula) = parsed(formula)?;
         let variables = variables(&formula, lookup)?;
@@ -102,7 +102,7 @@ impl Expression {
     /// A formula that holds in all of space, of fields or of none; those are zero outside of their boxes.
     ///
     /// # Errors
-    /// Where it is no expression, or uses a field that there is not.
+    /// If it is no expression, or uses a field that there is not.
     pub fn everywhere(
         formula: &str,
         lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>,
@@ -115,7 +115,7 @@ impl Expression {
     /// The names of the fields that `formula` is made of.
     ///
     /// # Errors
-    /// Where it is no expression.
+    /// If it is no expression.
     pub fn names(formula: &str) -> std::result::Result<Vec<String>, String> {
         let (_, formula) = parsed(formula)?;
         Ok(formula.var_names().iter().filter(|name| axis(name).is_none()).cloned().collect())
@@ -140,7 +140,7 @@ impl Expression {
     /// The field this expression is: the named field itself, a grid where a grid takes part, the function otherwise.
     ///
     /// # Errors
-    /// Where that grid would take more than `memory_limit` bytes, and on interruption by the user.
+    /// If that grid would take more than `memory_limit` bytes, and on interruption by the user.
     pub fn into_field(self, memory_limit: u64, control: &Control) -> Result<Arc<dyn Field>> {
         let names = self.formula.var_names();
         if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)

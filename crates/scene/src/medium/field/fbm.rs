@@ -114,7 +114,7 @@ impl Fbm {
     /// Validated cloud.
     ///
     /// # Errors
-    /// Where a length is not above zero, or a number lies outside of what scenes may say.
+    /// If a length is not above zero, or a number lies outside of what scenes may say.
     pub fn checked(self) -> Result<Self> {
         self.check()?;
         Ok(self)

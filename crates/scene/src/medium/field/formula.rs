@@ -20,7 +20,7 @@ enum Token {
 /// True if a field may have this name: letters, digits and _, not beginning with a digit, not reserved.
 ///
 /// # Errors
-/// Where it may not, with a name that would do.
+/// If it may not, with a name that would do.
 pub fn check_name(name: &str) -> Result<(), String> {
     let word =
         name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');

@@ -37,7 +37,7 @@ impl Grid {
     /// running fastest [unit of the field].
     ///
     /// # Errors
-    /// Where the array has another length, the box no size, or a value is negative, NaN or infinite.
+    /// If the array has another length, the box no size, or a value is negative, NaN or infinite.
     pub fn new(dims: [usize; 3], bounds: Bounds, data: Vec<f32>) -> Result<Self> {
         let cells = dims.iter().try_fold(1usize, |n, edge| n.checked_mul(*edge)).filter(|n| *n > 0);
         if cells != Some(data.len()) {

@@ -93,7 +93,7 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
 /// The grid that the keys of a field of kind `grid` say.
 ///
 /// # Errors
-/// Where a key is wrong, the file is missing or broken, or its values are no densities.
+/// If a key is wrong, the file is missing or broken, or its values are no densities.
 pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     read(section, inputs).map_err(|error| {
         let Ok(Some(label)) = section.text("file").map(|file| file.map(|file| inputs.label(file))) else { return error };

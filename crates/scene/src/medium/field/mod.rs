@@ -117,7 +117,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     /// Refuses numbers that it cannot be reckoned with; a field with more of them than its bounds says which.
     ///
     /// # Errors
-    /// Where a number is wrong, with what would be right.
+    /// If a number is wrong, with what would be right.
     fn check(&self) -> Result<()> {
         self.bounds().checked().map(drop)
     }
@@ -181,7 +181,7 @@ pub(crate) fn takes_long(section: &Section) -> bool {
 /// Builds the field that a `[field.NAME]` table describes.
 ///
 /// # Errors
-/// Where a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; its place is said.
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     build_kind("field", KINDS, section, inputs)
 }

@@ -17,7 +17,7 @@ impl Partition {
     /// Cuts a lattice at some voxels along x, y and z, from the first to behind the last.
     ///
     /// # Errors
-    /// Where the cuts do not run so, the lattice has no voxels, or its box no size.
+    /// If the cuts do not run so, the lattice has no voxels, or its box no size.
     pub fn new(lattice: Lattice, cuts: [Vec<usize>; 3]) -> Result<Self> {
         lattice.bounds.checked()?;
         for (axis, cuts) in cuts.iter().enumerate() {

@@ -48,7 +48,7 @@ impl Plummer {
     /// A sphere around `centre` \[pc\] of Plummer radius `core_pc`, cut at five of them.
     ///
     /// # Errors
-    /// Where the radius is not above zero.
+    /// If the radius is not above zero.
     pub fn new(centre: DVec3, core_pc: f64) -> Result<Self> {
         let core = above_zero("core", core_pc)?;
         Ok(Self { centre: place("centre", centre)?, core, cut: CUT * core })
@@ -57,7 +57,7 @@ impl Plummer {
     /// Zero beyond `cut_pc` from the middle.
     ///
     /// # Errors
-    /// Where that is not above zero.
+    /// If that is not above zero.
     pub fn cut(self, cut_pc: f64) -> Result<Self> {
         Ok(Self { cut: above_zero("cut", cut_pc)?, ..self })
     }

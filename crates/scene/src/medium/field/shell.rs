@@ -48,7 +48,7 @@ impl Shell {
     /// A shell around `centre` \[pc\] whose wall stands at `radius_pc` and has the standard deviation `thickness_pc`.
     ///
     /// # Errors
-    /// Where either is not above zero, or the wall is too thin to be resolved.
+    /// If either is not above zero, or the wall is too thin to be resolved.
     pub fn new(centre: DVec3, radius_pc: f64, thickness_pc: f64) -> Result<Self> {
         let (radius, thickness) = (above_zero("radius", radius_pc)?, above_zero("thickness", thickness_pc)?);
         if thickness < THINNEST * radius {

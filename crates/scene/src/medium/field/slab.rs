@@ -40,7 +40,7 @@ impl Slab {
     /// A slab `thickness_pc` thick across `normal` around `centre` \[pc\], within a cube of half side `extent_pc`.
     ///
     /// # Errors
-    /// Where a length is not above zero, or `normal` is no direction.
+    /// If a length is not above zero, or `normal` is no direction.
     pub fn new(centre: DVec3, normal: DVec3, thickness_pc: f64, extent_pc: f64) -> Result<Self> {
         let half = 0.5 * above_zero("thickness", thickness_pc)?;
         Ok(Self { centre: place("centre", centre)?, normal: unit("normal", normal)?, half, extent: above_zero("extent", extent_pc)? })

@@ -35,7 +35,7 @@ impl Sphere {
     /// A sphere around `centre` \[pc\] of radius `radius_pc`.
     ///
     /// # Errors
-    /// Where the radius is not above zero.
+    /// If the radius is not above zero.
     pub fn new(centre: DVec3, radius_pc: f64) -> Result<Self> {
         Ok(Self { centre: place("centre", centre)?, radius: above_zero("radius", radius_pc)? })
     }

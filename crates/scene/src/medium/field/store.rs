@@ -15,6 +15,7 @@ const ASKED_TOGETHER: usize = 1 << 16;
 
 /// The values of a grid; clones are other holds on the same memory.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Store {
     /// Depth × height × width, x fastest, of these lengths of the axes.
     Rows([usize; 3], Shared<f32>),

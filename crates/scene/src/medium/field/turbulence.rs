@@ -84,7 +84,7 @@ impl Turbulence {
     /// Change its fields, then ask for its [`grid`](Self::grid).
     ///
     /// # Errors
-    /// Where the box has no size, or the number is none.
+    /// If the box has no size, or the number is none.
     pub fn new(seed: u32, bounds: Bounds, mach: f64) -> Result<Self> {
         let bounds = bounds.checked()?;
         let variance = variance(within("Mach number", mach, MACH)?, FORCING[1].1, None);
@@ -94,7 +94,7 @@ impl Turbulence {
     /// The density on voxels, of mean one.
     ///
     /// # Errors
-    /// Where a number is out of its range, or the waves take more than `memory_limit` bytes.
+    /// If a number is out of its range, or the waves take more than `memory_limit` bytes.
     pub fn grid(&self, memory_limit: u64) -> Result<Grid> {
         within("voxels", self.voxels as f64, *VOXELS.start() as f64..=*VOXELS.end() as f64)?;
         within("slope", self.slope, SLOPES)?;

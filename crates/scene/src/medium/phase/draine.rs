@@ -47,7 +47,7 @@ impl Draine {
     /// A phase function of shape parameter `g`, a number or a table over λ, and of `alpha`.
     ///
     /// # Errors
-    /// Where |g| is above 0.999, or α outside of 0 to 1000.
+    /// If |g| is above 0.999, or α outside of 0 to 1000.
     pub fn new(g: impl Into<MeanCosine>, alpha: f64) -> Result<Self> {
         if !ALPHA.contains(&alpha) {
             return Err(Error::out_of_range("alpha", alpha, format!("between {} and {}", ALPHA.start(), ALPHA.end())));

@@ -39,7 +39,7 @@ impl HenyeyGreenstein {
     /// A phase function of mean cosine `g`, a number or a table over λ.
     ///
     /// # Errors
-    /// Where |g| is above 0.999.
+    /// If |g| is above 0.999.
     pub fn new(g: impl Into<MeanCosine>) -> Result<Self> {
         Ok(Self { g: g.into().checked()? })
     }

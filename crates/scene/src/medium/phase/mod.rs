@@ -87,7 +87,7 @@ pub const KINDS: &[PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND, drai
 /// Reads a `[dust.phase]` table.
 ///
 /// # Errors
-/// Where a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; its place is said.
 pub fn build(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Arc<dyn Phase>> {
     let kind = chosen("phase function", KINDS, |k| (k.name, k.keys), &[], section)?;
     (kind.build)(section, inputs, extinction)
@@ -113,6 +113,7 @@ impl IntoPhase for Arc<dyn Phase> {
 
 /// A mean cosine g(λ) \[1\].
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum MeanCosine {
     /// A mean cosine that is the same at every wavelength.
     Constant(f64),

@@ -113,7 +113,7 @@ impl Tabulated {
     /// `cosines`; only their shape counts. `name` stands in messages.
     ///
     /// # Errors
-    /// Where lengths or ends are others, or values are negative or zero everywhere.
+    /// If lengths or ends are others, or values are negative or zero everywhere.
     pub fn new(name: &str, lambda_um: Vec<f64>, cosines: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self> {
         let ascending = lambda_um.windows(2).all(|w| w[0] < w[1]) && !lambda_um.is_empty() && lambda_um.len() == values.len();
         let near = |end: Option<&f64>, wanted: f64| end.is_some_and(|end| (end - wanted).abs() < 1e-6);

@@ -88,7 +88,7 @@ pub const KINDS: &[Kind<Projection>] = &[
 /// Reads a `[bookmark.NAME]` table: a camera, with the pixels of the scene's own where it does not say others.
 ///
 /// # Errors
-/// Where a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; its place is said.
 pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Camera> {
     let mut camera = build(section, inputs)?;
     if !section.has("size") {
@@ -103,7 +103,7 @@ pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Came
 /// Reads the `[camera]` table.
 ///
 /// # Errors
-/// Where a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; its place is said.
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     let projection = build_kind_with("camera", KINDS, COMMON, section, inputs)?;
     if section.has("path") {
@@ -117,9 +117,10 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     if !camera.right.is_finite() {
         return Err(section.error("up", "up is parallel to the viewing direction; choose another"));
     }
-    let size = section.numbers("size")?.unwrap_or_else(|| vec![SIZE as f64; 2]);
+    let malformed = || section.error("size", "a size is [width, height] in pixels, such as [512, 512]");
+    let size = section.numbers("size").map_err(|_| malformed())?.unwrap_or_else(|| vec![SIZE as f64; 2]);
     let whole = |v: f64| v.fract() == 0.0 && (1.0..=MAX_EDGE as f64).contains(&v);
-    let &[width, height] = &size[..] else { return Err(section.error("size", "size must be [width, height]")) };
+    let &[width, height] = &size[..] else { return Err(malformed()) };
     if !whole(width) || !whole(height) {
         return Err(section.error(
             "size",

@@ -202,7 +202,7 @@ impl Camera {
     /// The camera of a part of the image, so many pixels from column and row on: its rays are those of the whole.
     ///
     /// # Errors
-    /// Where there are no pixels in it, or it goes beyond the image.
+    /// If there are no pixels in it, or it goes beyond the image.
     pub fn crop(self, column: usize, row: usize, width: usize, height: usize) -> Result<Self> {
         let inside = |first: usize, count: usize, all: usize| count > 0 && first.checked_add(count).is_some_and(|end| end <= all);
         if !inside(column, width, self.width) || !inside(row, height, self.height) {
@@ -251,7 +251,7 @@ impl Camera {
     /// Refuses what no picture can be taken by.
     ///
     /// # Errors
-    /// Where position, target, up, field of view or the number of pixels are wrong.
+    /// If position, target, up, field of view or the number of pixels are wrong.
     pub fn check(&self) -> Result<()> {
         if !self.position.is_finite() {
             return Err(Error::out_of_range("position of the camera", self.position, "finite"));

@@ -39,7 +39,7 @@ impl Display {
     /// Refuses levels that show no picture.
     ///
     /// # Errors
-    /// Where a level is no number, white is not above black, colours have other bits than 8 or 16, or no optics have such a glare.
+    /// If a level is no number, white is not above black, colours have other bits than 8 or 16, or no optics have such a glare.
     pub fn check(&self) -> Result<()> {
         let number = |level: Level| match level {
             Level::Auto => None,

@@ -60,7 +60,7 @@ impl Glare {
     /// Refuses what no optics do.
     ///
     /// # Errors
-    /// Where a number is out of its range.
+    /// If a number is out of its range.
     pub fn check(&self) -> Result<()> {
         for (what, value, range) in
             [("size of a glare", self.size, SIZES), ("seeing of a glare", self.seeing, SEEINGS), ("halo of a glare", self.halo, HALOS)]

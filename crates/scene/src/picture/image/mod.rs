@@ -207,7 +207,7 @@ impl Image {
     /// Refuses values that are no numbers: sums that went past the range of f32.
     ///
     /// # Errors
-    /// Where there are some, with their number and band.
+    /// If there are some, with their number and band.
     pub fn check(&self) -> Result<()> {
         for (b, band) in self.bands.iter().enumerate() {
             let count = self.band(b).filter(|v| !v.is_finite()).count();

@@ -52,13 +52,14 @@ impl std::fmt::Debug for OpticsRow {
 /// The optics called `name`.
 ///
 /// # Errors
-/// Where there are none.
+/// If there are none.
 pub fn named(name: &str) -> Result<&'static OpticsRow, SpectraError> {
     let known: Vec<&str> = OPTICS.iter().map(|row| row.name).collect();
     OPTICS.iter().find(|row| row.name == name).ok_or_else(|| SpectraError::unknown("optics", name, &known))
 }
 
 /// How light of one wavelength spreads.
+#[non_exhaustive]
 pub enum Pattern {
     /// Pattern of a pupil.
     Pupil(Pupil),

@@ -15,7 +15,7 @@ impl LayerChoice {
     /// The choice of these names.
     ///
     /// # Errors
-    /// Where there is no such layer, with those that there are.
+    /// If there is no such layer, with those that there are.
     pub fn named(names: &[&str]) -> Result<Self, String> {
         let mut choice = Self::default();
         for name in names {

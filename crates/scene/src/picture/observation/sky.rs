@@ -63,7 +63,7 @@ impl SkyPlace {
     /// colons: hours then of right ascension, degrees of anything else.
     ///
     /// # Errors
-    /// Where it says none.
+    /// If it says none.
     pub fn parse(frame: SkyFrame, text: &str) -> Result<Self> {
         let wrong = || Error::malformed("place on the sky", text, EXAMPLE);
         // A unit that stands behind a blank belongs to the number before.
@@ -103,7 +103,7 @@ impl SkyPlace {
     /// Refuses numbers that are no place.
     ///
     /// # Errors
-    /// Where a latitude is beyond the poles, or a longitude not within a turn.
+    /// If a latitude is beyond the poles, or a longitude not within a turn.
     pub fn check(&self) -> Result<()> {
         if !(-360.0..=360.0).contains(&self.longitude_deg) || !(-90.0..=90.0).contains(&self.latitude_deg) {
             let value = format!("{} deg, {} deg", self.longitude_deg, self.latitude_deg);

@@ -104,7 +104,7 @@ impl RadianceUnit {
     /// How band radiances through a passband become this unit; `electrons` is what an instrument's pixel gathers of 1 W m⁻² sr⁻¹ [e s⁻¹].
     ///
     /// # Errors
-    /// Where Vega's spectrum does not reach over the band, or there is no instrument that gathers electrons.
+    /// If Vega's spectrum does not reach over the band, or there is no instrument that gathers electrons.
     pub fn of(self, band: &Passband, electrons: Option<f64>) -> Result<InUnit> {
         let (width_um, pivot_m) = (band.integrate(|_| 1.0), band.pivot().0 * 1e-6);
         let photons = pivot_m / (PLANCK * SPEED_OF_LIGHT);

@@ -117,7 +117,7 @@ impl GasCloud {
     /// through it by a `tracer`, or on the processor.
     ///
     /// # Errors
-    /// Where the gas or the stars are none that there can be, or take more memory than is allowed, or `control` stopped it.
+    /// If the gas or the stars are none that there can be, or take more memory than is allowed, or `control` stopped it.
     pub fn ionised(
         &self,
         quantities: &[Quantity],

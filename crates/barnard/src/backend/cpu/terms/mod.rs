@@ -35,6 +35,7 @@ pub struct DepthSpan {
 
 /// Factor of the decay of each term.
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub enum Bases<'a> {
     /// Common factor of all terms, multiplied by their weights.
     Weighted(&'a Lane, &'a [f32]),
@@ -59,6 +60,7 @@ impl Bases<'_> {
 
 /// The terms of all bands, in one form.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum Terms {
     /// Exponentials at nodes in k.
     Nodes(NodeTerms),

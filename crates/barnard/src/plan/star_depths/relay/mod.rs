@@ -45,6 +45,7 @@ pub struct Layer {
 
 /// Purpose of a pass over all layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Pass {
     /// Rays that come into the box through a side learn the depth at which they do.
     Entries,
@@ -231,7 +232,7 @@ impl Relay {
     /// the rays that it hands on.
     ///
     /// # Errors
-    /// On interruption by the user, and where dust or rays are not those that the sweep needs.
+    /// On interruption by the user, and if dust or rays are not those that the sweep needs.
     pub fn sweep(
         &self,
         layer: &Layer,
