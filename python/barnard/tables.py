@@ -55,7 +55,7 @@ class Grid(Sampled):
     unit : text, default the file's own
         Unit of the values (BUNIT of FITS, units of HDF5): number densities are converted to cm-3, extinctions per
         length to mag/pc; mass densities require mass_per_h; other values are unchanged.
-    mass_per_h : number, default required for mass densities
+    mass_per_h : number, required for mass densities
         Gas mass per hydrogen nucleus in hydrogen masses, to convert mass densities to nuclei per cm3: 1.4 for solar
         abundances.
     wcs : boolean, default true
@@ -1007,7 +1007,7 @@ class Dust(Table):
     scale : extinction
         Extinction at density 1: per length (A_V of "2 mag/pc", depth of "4 /pc"), or for a density in cm-3 per
         hydrogen column ("5.32e-22 mag cm2") or mass column ("200 cm2/g", with mass_per_h).
-    mass_per_h : number, default required for a scale per mass
+    mass_per_h : number, required for a scale per mass
         Mass per hydrogen nucleus in hydrogen masses, for a scale per gram: 1.4 for all of the gas.
     law : text, default draine03_rv31
         Extinction law.
@@ -1072,15 +1072,15 @@ class Star(Table):
         Where it is.
     visible : boolean, default true
         Draw the star itself as an unresolved source.
-    luminosity : luminosity, default exactly one scale is required
+    luminosity : luminosity, exactly one scale is required
         Bolometric luminosity.
-    radius : length, default exactly one scale is required
+    radius : length, exactly one scale is required
         Radius, for black bodies and atmospheres, such as "9.9 Rsun".
-    spectral_luminosity : spectral luminosity, default exactly one scale is required
+    spectral_luminosity : spectral luminosity, exactly one scale is required
         Luminosity per wavelength at `wavelength`.
     wavelength : wavelength, default 550 nm
         Wavelength of spectral_luminosity.
-    magnitude : magnitude, default exactly one scale is required
+    magnitude : magnitude, exactly one scale is required
         Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
     extinction : magnitude, default 0
         A_V between the star and the observer of its magnitude; it is removed.
@@ -1428,10 +1428,10 @@ class StarField(Table):
 
 class StarCatalogue(Table):
     """Stars of a CSV file at infinity, at their sky positions. Columns: `ra` and `dec`, or `glon` and `glat` (numbers in
-    degrees, or texts such as 18h18m48s),                `magnitude` or the name of a passband (`johnson-V`; or Gaia's
+    degrees, or texts such as 18h18m48s), `magnitude` or the name of a passband (`johnson-V`; or Gaia's
     `phot_g_mean_mag`, `phot_bp_mean_mag`, `phot_rp_mean_mag`), a second magnitude, `temperature` or `type` for the
-    colour, and `name`;                other columns and rows without a magnitude are ignored. A star with two
-    magnitudes has exactly both.
+    colour, and `name`; other columns and rows without a magnitude are ignored. A star with two magnitudes has exactly
+    both.
 
     Parameters
     ----------
@@ -1669,7 +1669,7 @@ class Band(Table):
     gaussian
         A Gaussian, truncated at 2.5 FWHM.
     cos2
-        Cos2(pi (lambda - centre)/(2 half_width)).
+        cos2(pi (lambda - centre)/(2 half_width)).
     polynomial
         Sum of c_i lambda^i with lambda in um, clipped at zero.
 
@@ -1895,7 +1895,7 @@ class PointSpread(Table):
     Kinds
     -----
     airy
-        Diffraction at the aperture, its obstruction and vanes (see optics.rs for the equation).
+        Diffraction at the aperture, its obstruction and vanes.
     moffat
         Seeing: a core with wings, narrower in red light (Moffat 1969).
     gaussian
