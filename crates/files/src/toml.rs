@@ -13,7 +13,7 @@ use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError};
 /// If it is no TOML, or holds a date, which no key of a scene is.
 pub fn properties(file: &str, text: &str) -> Result<Table> {
     let source = Source::new(file, text);
-    let document = Document::parse(text).map_err(|e| source.error(e.span(), "TOML", e.message().trim()))?;
+    let document = Document::parse(text).map_err(|e| source.error(e.span(), "TOML", message(text, &e)))?;
     source.table(document.as_table(), source.origin(None))
 }
 
@@ -67,7 +67,15 @@ fn in_line(value: &Value) -> toml_edit::Value {
 
 /// The error that something is wrong with `text`, with its line.
 pub fn error(text: &str, error: &TomlError) -> Error {
-    Source::new("scene", text).error(error.span(), "TOML", error.message().trim())
+    Source::new("scene", text).error(error.span(), "TOML", message(text, error))
+}
+
+/// What is wrong; a key that is defined twice is named.
+fn message(text: &str, error: &TomlError) -> String {
+    match error.span().and_then(|span| text.get(span)) {
+        Some(key) if error.message().trim() == "duplicate key" => format!("key \"{key}\" is defined twice; remove one"),
+        _ => error.message().trim().to_owned(),
+    }
 }
 
 /// A text whose lines are counted.

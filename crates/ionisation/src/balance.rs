@@ -166,7 +166,6 @@ impl Photo {
 
 /// Treatment of diffuse light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
 pub enum Diffuse {
     /// Absorbed in place.
     OnTheSpot,
