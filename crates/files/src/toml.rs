@@ -186,6 +186,13 @@ i = 1
         );
     }
 
+    /// A key that is defined twice is named, with the line of the second.
+    #[test]
+    fn keys_are_defined_once() {
+        let error = properties("test.toml", "[dust]\nlaw = \"gordon23\"\nlaw = \"draine03\"\n").unwrap_err().to_string();
+        assert!(error.contains("key \"law\" is defined twice") && error.contains("test.toml:3"), "{error}");
+    }
+
     /// What is written is read as the same tree, for every built-in scene and for values that need care.
     #[test]
     fn trees_are_written_as_they_are_read() {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use barnard::data::{Array, InputNote, Inputs, Layout, Numbers};
 use barnard::scene::inspect;
 use barnard_files::SceneFiles;
-use barnard_files::formats::{Member, READERS, members, read_file, read_image, unreadable};
+use barnard_files::formats::{Member, READERS, members, read_file, read_image, read_picture, unreadable};
 use clap::Args;
 
 use crate::source::memory_limit;
@@ -126,15 +126,16 @@ fn holds_tables_alone(members: &[Member]) -> bool {
     kinds().any(|kind| kind.contains("is a table")) && !kinds().any(|kind| kind.starts_with("image"))
 }
 
-/// Statistics of a grid's values; what is no grid says why, in place of them.
+/// Statistics of the values of a grid or of a picture; otherwise the reason why there are none.
 fn summary(path: &Path, member: &Member, limit: u64) -> Vec<(&'static str, String)> {
     let name = Some(member.name.as_str()).filter(|name| !name.is_empty());
-    let array = match read_file(path, name, &mut |layout: &Layout| Ok(layout.whole()), limit) {
-        Ok(array) => array,
-        Err(error) => return vec![("no grid", error.to_string())],
+    let (cells, [low, high, sum, blank]) = match read_file(path, name, &mut |layout: &Layout| Ok(layout.whole()), limit) {
+        Ok(array) => (array.shape.iter().product::<usize>(), folded(&array)),
+        Err(error) => match read_picture(path, name, limit) {
+            Ok((_, values)) => (values.len(), statistics(values.into_iter())),
+            Err(_) => return vec![("no grid", error.to_string())],
+        },
     };
-    let [low, high, sum, blank] = folded(&array);
-    let cells: usize = array.shape.iter().product();
     let known = cells as f64 - blank;
     let mut facts = vec![("memory", format!("{:.1} MiB in single precision", 4.0 * cells as f64 / f64::from(1 << 20)))];
     if known > 0.0 {
@@ -144,17 +145,19 @@ fn summary(path: &Path, member: &Member, limit: u64) -> Vec<(&'static str, Strin
     facts
 }
 
-/// The least, the largest and the sum of the finite values of an array, and how many are not finite.
+/// The least, the largest and the sum of the finite values, and how many are not finite.
+fn statistics(values: impl Iterator<Item = f64>) -> [f64; 4] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0], |[low, high, sum, blank], v| {
+        if v.is_finite() { [low.min(v), high.max(v), sum + v, blank] } else { [low, high, sum, blank + 1.0] }
+    })
+}
+
+/// Statistics of an array.
 fn folded(array: &Array) -> [f64; 4] {
-    fn of(values: impl Iterator<Item = f64>) -> [f64; 4] {
-        values.fold([f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0], |[low, high, sum, blank], v| {
-            if v.is_finite() { [low.min(v), high.max(v), sum + v, blank] } else { [low, high, sum, blank + 1.0] }
-        })
-    }
     match &array.data {
-        Numbers::Single(values) => of(values.iter().map(|v| f64::from(*v))),
-        Numbers::Double(values) => of(values.iter().copied()),
-        Numbers::Blocks(_) => of(array.data.doubles().into_iter()),
+        Numbers::Single(values) => statistics(values.iter().map(|v| f64::from(*v))),
+        Numbers::Double(values) => statistics(values.iter().copied()),
+        Numbers::Blocks(_) => statistics(array.data.doubles().into_iter()),
     }
 }
 

@@ -129,6 +129,10 @@ fn values_of_files_are_summed_up() {
     assert!(!words(&["info", "four.npy"]).contains("range"));
     let refused = words(&["info", "four.npy", "--values", "--memory", "1e-9"]);
     assert!(refused.contains("no grid") && refused.contains("limit"), "{refused}");
+    desk.run(&["render", "scene.toml", "-o", "picture.fits"]);
+    let picture = words(&["info", "picture.fits", "--values"]);
+    assert!(picture.matches("range       ").count() == 3 && !picture.contains("no grid"), "{picture}");
+    desk.refuses(&["info", "four.png"], &["four.png", "does not exist", "did you mean \"four.npy\""]);
 }
 
 /// What this machine renders on, and a picture by whatever it has; where there is no adapter, words that say what to

@@ -29,7 +29,7 @@ use spectra::curve::Columns;
 
 pub(super) const READER: Reader = Reader {
     extensions: &["fits", "fit", "fts", "fits.gz", "fit.gz", "fts.gz", "fz"],
-    summary: "FITS image HDU of three axes, also tiled or gzipped",
+    summary: "FITS image HDUs, also tiled or gzipped",
     array: Some(array),
     members: Some(members),
     image: Some(image),

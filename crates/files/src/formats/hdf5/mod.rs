@@ -21,7 +21,7 @@ pub(super) const GRID_WRITER: GridWriter =
 
 pub(super) const READER: Reader = Reader {
     extensions: &["h5", "hdf5", "hdf", "he5", "nc", "nc4", "mat"],
-    summary: "HDF5 dataset of three axes, also of netCDF 4 and MATLAB 7.3",
+    summary: "HDF5 datasets, also of netCDF 4 and MATLAB 7.3",
     array: Some(array),
     members: Some(members),
     image: None,
