@@ -5,9 +5,11 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
+use barnard::control::Control;
 use barnard::properties::Table;
 use barnard_files::SaveImage;
 use barnard_files::formats::{check_replaceable, check_writable, replace};
+use barnard_fit::solve::{Model, Prediction};
 use barnard_fit::{Assumed, Data, Fitted, Images, Observation, Parameter, fit, parameters};
 use clap::{Args, ValueEnum};
 
@@ -101,7 +103,7 @@ impl Fit {
         let control = progress::control_with(&note)?;
         let start = Instant::now();
         let (mut images, data, first) = Images::new(file.tree().clone(), file.loader().clone(), &observations, &free, options, &control)?;
-        let fitted = fit(&mut images, &data, &free, &first, &control)?;
+        let fitted = fit(&mut Counted { model: &mut images, note: &note, pictures: 0 }, &data, &free, &first, &control)?;
         let seconds = start.elapsed().as_secs_f64();
         tell(&free, &images.units(), &first, &fitted, seconds);
         let residuals = images.residuals(&data, &fitted.prediction, &fitted.sigma, &control)?;
@@ -160,6 +162,29 @@ impl Fit {
                 format!("--residuals {}: several images require a number in the name, such as left_%d.fits", pattern.display())
             }),
         }
+    }
+}
+
+/// Model that shows the number of its pictures next to the progress.
+struct Counted<'a> {
+    model: &'a mut Images,
+    note: &'a Note,
+    pictures: usize,
+}
+
+impl Model for Counted<'_> {
+    fn predict(&mut self, values: &[f64], control: &Control) -> barnard::error::Result<Prediction> {
+        self.pictures += 1;
+        self.note.set(format!("fitting, picture {}", self.pictures));
+        self.model.predict(values, control)
+    }
+
+    fn floor(&mut self, values: &[f64], control: &Control) -> barnard::error::Result<Vec<f64>> {
+        self.model.floor(values, control)
+    }
+
+    fn renew(&mut self, values: &[f64], control: &Control) -> barnard::error::Result<bool> {
+        self.model.renew(values, control)
     }
 }
 
