@@ -57,7 +57,8 @@ impl Info {
         if holds_tables_alone(&members) {
             return self.understood(path, limit);
         }
-        for member in members.iter_mut().filter(|_| self.values) {
+        let has_data = |member: &&mut Member| !member.facts.contains(&("kind", "no data".to_owned()));
+        for member in members.iter_mut().filter(|_| self.values).filter(has_data) {
             member.facts.extend(summary(path, member, limit));
         }
         if self.json {
