@@ -304,7 +304,7 @@ count = 5
             }
         }
         let explained =
-            |e: &String| ["requires", "does not support r_v", "cannot be read", "exclude each other"].iter().any(|w| e.contains(w));
+            |e: &String| ["requires", "does not support r_v", "does not exist", "exclude each other"].iter().any(|w| e.contains(w));
         assert!(refused.iter().all(explained) && refused.len() < 30, "{refused:#?}");
     }
 
