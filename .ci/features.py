@@ -25,7 +25,7 @@ def packages(selection, kinds, *more):
 
 
 def main():
-    core = packages(["-p", CORE, "--all-features"], "normal")
+    core = packages(["-p", CORE, "--all-features"], "normal,build")
     built = {name: packages(selection, "normal,build,dev") for name, selection in BUILDS.items()}
     wrong = []
     for package in sorted(core):
