@@ -97,6 +97,6 @@ def test_the_recipe_for_a_flight(tmp_path):
     (tmp_path / "flight.sh").write_text(script.replace(".exr", ".npy"))
     subprocess.run(["sbatch", "--wait", "flight.sh"], cwd=tmp_path, check=True, timeout=180)
     frames = scene.frames()
-    assert sorted(path.name for path in (tmp_path / "frames").iterdir()) == [f"flight_{number:06}.npy" for number in frames.numbers]
+    assert sorted(path.name for path in (tmp_path / "frames").glob("*.npy")) == [f"flight_{number:06}.npy" for number in frames.numbers]
     for number in (frames.numbers[0], frames.numbers[4]):
         assert np.array_equal(np.load(tmp_path / "frames" / f"flight_{number:06}.npy"), frames.render(number).radiance)
