@@ -17,9 +17,9 @@ BUILDS = {
 }
 
 
-def packages(selection, kinds, *more):
+def packages(selection, kinds):
     """Packages of a build, each with its features."""
-    tree = ["cargo", "tree", *selection, "-e", kinds, "--prefix", "none", "--no-dedupe", "--format", "{p}|{f}", *more]
+    tree = ["cargo", "tree", *selection, "-e", kinds, "--prefix", "none", "--no-dedupe", "--format", "{p}|{f}"]
     lines = subprocess.run(tree, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
     return dict(line.removesuffix(" (*)").split("|") for line in lines if line)
 
@@ -34,7 +34,7 @@ def main():
         wrong += [f"{package} lacks {', '.join(sorted(union - own))} in {name}" for name, own in features.items() if own != union]
     if wrong:
         print("\n".join(wrong))
-        print(f"add these features to crates/unified/Cargo.toml")
+        print("add these features to crates/unified/Cargo.toml")
     else:
         print(f"{CORE} and its {len(core) - 1} dependencies have the same features in {len(BUILDS)} builds")
     sys.exit(bool(wrong))

@@ -97,6 +97,14 @@ fn time_left(elapsed: Duration, share: f64) -> String {
     if elapsed < Duration::from_secs(2) || share < 0.05 {
         return String::new();
     }
-    let seconds = elapsed.as_secs_f64() * (1.0 - share.min(1.0)) / share;
-    if seconds < 90.0 { format!("about {seconds:.0} s left  ") } else { format!("about {:.0} min left  ", seconds / 60.0) }
+    format!("about {} left  ", duration(elapsed.as_secs_f64() * (1.0 - share.min(1.0)) / share))
+}
+
+/// A duration in words.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
 }

@@ -7,6 +7,7 @@ use barnard::plan::Options;
 use barnard::scene::{Loader, MANY_BOUNCES, MAX_STEPS, Scene};
 use barnard_files::{Change, SceneFile};
 use clap::Args;
+use serde_json::json;
 
 use crate::backends::tracer;
 use crate::progress;
@@ -120,19 +121,23 @@ impl SceneArgs {
         Ok((file, Options::within(memory_limit)))
     }
 
+    /// The flags that change a scene after it was read, with their values; null for those that are absent.
+    fn flags(&self) -> [(&'static str, serde_json::Value); 8] {
+        [
+            ("--method", json!(self.method)),
+            ("--accuracy", json!(self.accuracy)),
+            ("--steps", json!(self.steps)),
+            ("--count", json!(self.count)),
+            ("--bounces", json!(self.bounces)),
+            ("--bookmark", json!(self.bookmark)),
+            ("--size", json!(self.size)),
+            ("--crop", json!(self.crop)),
+        ]
+    }
+
     /// Refuses flags that change a scene that was read, where it is read again: `--set` changes its text.
     pub fn refuse_overrides(&self, why: &str) -> anyhow::Result<()> {
-        let given = [
-            ("--method", self.method.is_some()),
-            ("--accuracy", self.accuracy.is_some()),
-            ("--steps", self.steps.is_some()),
-            ("--count", self.count.is_some()),
-            ("--bounces", self.bounces.is_some()),
-            ("--bookmark", self.bookmark.is_some()),
-            ("--size", self.size.is_some()),
-            ("--crop", self.crop.is_some()),
-        ];
-        match given.iter().find(|(_, given)| *given) {
+        match self.flags().iter().find(|(_, value)| !value.is_null()) {
             Some((flag, _)) => bail!("{flag}: {why}; change scene keys instead, such as --set \"camera.size=[640, 480]\""),
             None => Ok(()),
         }
@@ -140,8 +145,7 @@ impl SceneArgs {
 
     /// The overrides that are no keys of the scene, in words.
     pub fn overrides(&self) -> String {
-        let Self { method, accuracy, steps, count, bounces, bookmark, size, crop, .. } = self;
-        serde_json::json!([method, accuracy, steps, count, bounces, bookmark, size, crop]).to_string()
+        json!(self.flags().map(|(_, value)| value)).to_string()
     }
 
     /// A scene with the overrides.

@@ -70,7 +70,7 @@ pub fn error(text: &str, error: &TomlError) -> Error {
     Source::new("scene", text).error(error.span(), "TOML", message(text, error))
 }
 
-/// What is wrong; a key that is defined twice is named.
+/// Message of a parser error, with the name of a key that is defined twice.
 fn message(text: &str, error: &TomlError) -> String {
     match error.span().and_then(|span| text.get(span)) {
         Some(key) if error.message().trim() == "duplicate key" => format!("key \"{key}\" is defined twice; remove one"),

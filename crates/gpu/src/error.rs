@@ -4,7 +4,7 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// The renderer failed, or on interruption by the user.
+    /// Failure of the renderer, or interruption by the user.
     #[error(transparent)]
     Render(#[from] barnard::Error),
     /// There is no graphics adapter to render on.

@@ -29,7 +29,7 @@ use page::Page;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// The renderer failed, or on interruption by the user.
+    /// Failure of the renderer, or interruption by the user.
     #[error(transparent)]
     Render(#[from] barnard::Error),
     /// The λ-mathematics failed.

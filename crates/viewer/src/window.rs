@@ -118,16 +118,11 @@ fn drawn_by(renderers: [Renderer; 2], app: impl FnOnce(&eframe::CreationContext)
         let left = app.take();
         match ended {
             Ok(Ok(())) => return Ok(()),
-            Ok(Err(error)) => {
-                let is_unreachable = matches!(error, eframe::Error::WinitEventLoop(_));
-                if is_unreachable {
-                    // There is no screen for any renderer.
-                    return Err(ViewerError::Window(
-                        "no display was found; start it on a desktop, or set DISPLAY or WAYLAND_DISPLAY".into(),
-                    ));
-                }
-                reasons.push(format!("{renderer}: {error}"));
+            // There is no screen for any renderer.
+            Ok(Err(eframe::Error::WinitEventLoop(_))) => {
+                return Err(ViewerError::Window("no display was found; start it on a desktop, or set DISPLAY or WAYLAND_DISPLAY".into()));
             }
+            Ok(Err(error)) => reasons.push(format!("{renderer}: {error}")),
             Err(panic) if left.is_none() => resume_unwind(panic),
             Err(_) => reasons.push(format!("{renderer}: no surface to draw on")),
         }

@@ -142,8 +142,8 @@ impl Plates {
     /// Plates of `scene` that reach as far as is said. What holds of `before`, a plan of the same scene, is taken from it.
     ///
     /// # Errors
-    /// Errors of [`Plan::new`], if the range is none or beyond the extinction law, if other amounts of dust are asked for and the phase
-    /// function changes with wavelength or light scatters again, and if there are too many stars.
+    /// Errors of [`Plan::new`]; an empty range, or one beyond the extinction law; too many stars; other amounts of dust requested with
+    /// multiple scattering or a phase function that depends on wavelength.
     pub fn new(scene: &Scene, reach: Reach, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
         Ok(Self::held(scene, reach, before, None, options, control)?.0)
     }

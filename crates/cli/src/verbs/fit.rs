@@ -103,7 +103,7 @@ impl Fit {
         let control = progress::control_with(&note)?;
         let start = Instant::now();
         let (mut images, data, first) = Images::new(file.tree().clone(), file.loader().clone(), &observations, &free, options, &control)?;
-        let fitted = fit(&mut Counted { model: &mut images, note: &note, pictures: 0 }, &data, &free, &first, &control)?;
+        let fitted = fit(&mut Noted { model: &mut images, note: &note, pictures: 0 }, &data, &free, &first, &control)?;
         let seconds = start.elapsed().as_secs_f64();
         tell(&free, &images.units(), &first, &fitted, seconds);
         let residuals = images.residuals(&data, &fitted.prediction, &fitted.sigma, &control)?;
@@ -166,13 +166,13 @@ impl Fit {
 }
 
 /// Model that shows the number of its pictures next to the progress.
-struct Counted<'a> {
+struct Noted<'a> {
     model: &'a mut Images,
     note: &'a Note,
     pictures: usize,
 }
 
-impl Model for Counted<'_> {
+impl Model for Noted<'_> {
     fn predict(&mut self, values: &[f64], control: &Control) -> barnard::error::Result<Prediction> {
         self.pictures += 1;
         self.note.set(format!("fitting, picture {}", self.pictures));

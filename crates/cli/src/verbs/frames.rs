@@ -131,7 +131,7 @@ impl FrameArgs {
     /// Renders the frames, a line of JSON for each on standard output.
     pub fn render(&self, shoot: &Shoot, march: March) -> anyhow::Result<()> {
         let frames = shoot.sequence.frames();
-        let all: BTreeSet<i64> = parse_frames(self.frames.as_deref().unwrap_or("all"), frames)?.into_iter().collect();
+        let all = parse_frames(self.frames.as_deref().unwrap_or("all"), frames)?;
         let (own, shards) = self.shard.unwrap_or((1, 1));
         let alone = all.len() == 1;
         let numbers: Vec<i64> = all.iter().copied().skip(own - 1).step_by(shards).collect();
@@ -154,7 +154,7 @@ impl FrameArgs {
             Ok(!self.overwrite && shoot.are_numbered() && files.iter().all(|path| path.is_file()))
         };
         if shoot.are_numbered() {
-            let stays = |number: &i64| !(self.overwrite && all.contains(number));
+            let stays = |number: &i64| !self.overwrite || all.binary_search(number).is_err();
             shoot.record(&files, (frames.first..=frames.last()).filter(stays))?;
         }
         let told = |number: i64, status: &str| say!("{}", json!({ "frame": number, "status": status }));
@@ -191,7 +191,8 @@ impl FrameArgs {
                 continue;
             }
             let per_frame = start.elapsed().as_secs_f64() / done.max(1) as f64;
-            let words = if done > 0 { format!(", {} left", time_left(per_frame * (left.len() - i) as f64)) } else { String::new() };
+            let words =
+                if done > 0 { format!(", {} left", progress::duration(per_frame * (left.len() - i) as f64)) } else { String::new() };
             note.set(format!("frame {number} ({} of {}){words}", i + 1, left.len()));
             shoot.frame(*number, &held, &mut follower, &control, march).with_context(|| format!("frame {number}"))?;
             done += 1;
@@ -202,15 +203,6 @@ impl FrameArgs {
             complain!("{elsewhere} frames are being rendered by other processes; run again to verify that all exist");
         }
         Ok(())
-    }
-}
-
-/// A time in words.
-fn time_left(seconds: f64) -> String {
-    match seconds {
-        s if s < 90.0 => format!("{s:.0} s"),
-        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
     }
 }
 

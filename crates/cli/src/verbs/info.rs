@@ -7,7 +7,7 @@ use std::sync::Arc;
 use barnard::data::{Array, InputNote, Inputs, Layout, Numbers};
 use barnard::scene::inspect;
 use barnard_files::SceneFiles;
-use barnard_files::formats::{Member, READERS, members, read_file, read_image, read_picture, unreadable};
+use barnard_files::formats::{Member, READERS, Writer, members, read_file, read_image, read_picture, unreadable, writer};
 use clap::Args;
 
 use crate::source::memory_limit;
@@ -88,9 +88,7 @@ impl Info {
     /// Interpretation of a text file, table or picture by a scene.
     fn understood(&self, path: &Path, limit: u64) -> anyhow::Result<ExitCode> {
         std::fs::metadata(path).map_err(|error| unreadable(path, &error))?;
-        if let Some(extension) =
-            ["png", "jpg", "jpeg", "tif", "tiff"].iter().find(|own| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(own)))
-        {
+        if let Ok(Writer { extension, is_picture: true, .. }) = writer(path) {
             anyhow::bail!("{}: pictures (.{extension}) have no radiances; give a .fits, .exr or .npy file", path.display());
         }
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();

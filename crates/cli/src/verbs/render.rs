@@ -79,9 +79,10 @@ impl Render {
         let scene = outputs::layered(scene, self.layers, &self.output, options.memory_limit)?;
         crate::verbs::refuse_inputs(&scene, &self.output)?;
         let (image, error) = match self.backend.as_str() {
+            // It prints the errors of its paths itself.
             "path" => (self.on_path(&scene, &options)?, None),
-            "reference" => self.on_reference(&scene, &options).map(|(image, error)| (image, Some(error)))?,
-            _ => self.planned(&scene, options).map(|(image, error)| (image, Some(error)))?,
+            "reference" => self.on_reference(&scene, &options)?,
+            _ => self.planned(&scene, options)?,
         };
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue: {note}"));
         let files = self.output.iter().map(|path| outputs::save(&image, path, &scene.camera)).collect::<anyhow::Result<Vec<_>>>()?;
@@ -144,7 +145,7 @@ impl Render {
     }
 
     /// An image with its relative error in words.
-    fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<(Image, String)> {
+    fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<(Image, Option<String>)> {
         if self.scene.method.is_some() || self.scene.steps.is_some() || self.scene.count.is_some() {
             bail!("--method, --count and --steps are not supported by --backend reference, which is adaptive; use --accuracy");
         }
@@ -153,11 +154,11 @@ impl Render {
         let accuracy = self.scene.accuracy.unwrap_or(reference::DEFAULT_ACCURACY);
         let (image, stats) = Reference { accuracy }.render(&Job::new(scene, options)?, &control)?;
         detail!("{:.0} rays/s", stats.rays as f64 / start.elapsed().as_secs_f64());
-        Ok((image, format!("{accuracy:e} of each pixel")))
+        Ok((image, Some(format!("{accuracy:e} of each pixel"))))
     }
 
     /// Renders by a back end that reads a plan: an image with its relative error in words.
-    fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<(Image, String)> {
+    fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<(Image, Option<String>)> {
         let control = progress::control()?;
         let mut backend = self.open(scene)?;
         options.sweeper = backend.sweeper().filter(|_| scene.method.bounces > 1);
@@ -180,7 +181,7 @@ impl Render {
         stats.negative_note().iter().for_each(|(key, value)| say!("{key}: {value}"));
         crate::verbs::warn_of_accuracy(&plan);
         let more = if IS_VERBOSE.load(Ordering::Relaxed) { "" } else { " (details: --verbose)" };
-        Ok((image, format!("{}{more}", plan.error_summary(&stats))))
+        Ok((image, Some(format!("{}{more}", plan.error_summary(&stats)))))
     }
 
     fn open(&self, scene: &Scene) -> anyhow::Result<Box<dyn Backend>> {

@@ -91,7 +91,7 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
 /// first does; none where there is none.
 ///
 /// # Errors
-/// That of a picture, and if one differs in size or bands.
+/// Errors of the pictures, and pictures that differ in size or bands.
 pub fn mean<E: From<Error>>(images: impl IntoIterator<Item = std::result::Result<Image, E>>) -> std::result::Result<Option<Image>, E> {
     let mut images = images.into_iter();
     let Some(mut sum) = images.next().transpose()? else { return Ok(None) };

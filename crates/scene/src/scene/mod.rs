@@ -496,7 +496,7 @@ impl Scene {
     /// How band radiances through a passband become the unit of the observation, as a camera sees them; none where there is no observation.
     ///
     /// # Errors
-    /// If they cannot: Vega is not known in the passband, or electrons are asked for without an instrument.
+    /// If Vega is unknown in the passband, or electrons are requested without an instrument.
     pub fn in_unit(&self, band: &Passband, camera: &Camera) -> Result<Option<InUnit>> {
         let Some(observation) = self.observation else { return Ok(None) };
         let own = match (camera.pixel_scale(), observation.distance_pc) {
