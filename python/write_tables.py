@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 import textwrap
 import types
+from collections.abc import Iterable
 from pathlib import Path
 
 if "barnard" not in sys.modules:
@@ -69,11 +71,10 @@ TYPES = {
     "integer": "int",
     "number": "float",
     "list of numbers": "Sequence[float]",
-    "list of texts": "Sequence[str]",
-    "list of times": "Sequence[Quantity] | Quantity",
+    "text or list of texts": "str | Sequence[str]",
     "list of values": "Sequence[Any] | Quantity",
     "list of tables": "Sequence[dict[str, Any]]",
-    "text or list": "str | Sequence[str]",
+    "text or list of numbers": "str | Sequence[float]",
     "direction": "Sequence[float]",
     "[width, height]": "int | Sequence[int]",
     "table": "dict[str, Any]",
@@ -107,7 +108,15 @@ Path = Union[str, os.PathLike]
 
 
 def typed(table: str, key: Key) -> str:
+    if key.choices:
+        return literal(key.choices)
+    if key.quantities and key.value.startswith("list"):
+        return "Sequence[Quantity] | Quantity"
     return TABLES.get((table, key.name)) or TYPES.get(key.value, "Quantity")
+
+
+def literal(names: Iterable[str]) -> str:
+    return f"Literal[{', '.join(json.dumps(name) for name in names)}]"
 
 
 def titled(name: str) -> str:
@@ -128,10 +137,9 @@ def wrapped(text: str, indent: str) -> str:
 def parameters(row: Row, keys: list[Key], kinds: dict[str, list[str]], indent: str) -> list[str]:
     lines = [f"{indent}Parameters", f"{indent}----------"]
     for key in keys:
-        condition = key.default and ("is required" in key.default or key.default.startswith("required"))
-        default = "" if not key.default or kinds.get(key.name) else f", {key.default}" if condition else f", default {key.default}"
-        lines.append(f"{indent}{key.name} : {key.value}{default}")
-        needed = "" if key.default is not None or not kinds.get(key.name) else ", required there"
+        default = "" if not key.default or kinds.get(key.name) else f", {key.default}" if key.condition else f", default {key.default}"
+        lines.append(f"{indent}{key.name} : {key.words}{default}")
+        needed = ", required there" if key.is_required and kinds.get(key.name) else ""
         of_kinds = f" Of kind {', '.join(kinds[key.name])}{needed}." if kinds.get(key.name) else ""
         lines.append(wrapped(sentence(key.summary) + of_kinds, indent + "    "))
     return lines
@@ -139,7 +147,7 @@ def parameters(row: Row, keys: list[Key], kinds: dict[str, list[str]], indent: s
 
 def signature(row: Row, keys: list[Key], kind: str | None, of_kinds: dict[str, list[str]], more: str = "") -> list[str]:
     # A background may be stars alone, of which its other keys say nothing.
-    required = [key for key in keys if key.default is None and not of_kinds.get(key.name) and row.path != "background"]
+    required = [key for key in keys if key.is_required and not of_kinds.get(key.name) and row.path != "background"]
     optional = [key for key in keys if key not in required]
     words = [kind] if kind and "=" not in kind else []
     words += [f"{key.name}: {file_type(row, key)}" for key in required]
@@ -190,7 +198,7 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
     if kind:
         lines.append(f'    _kind = "{kind.name}"')
     default = KINDS.get(row.path)
-    kinds = f"Literal[{', '.join(repr(own).replace(chr(39), chr(34)) for own in row.kinds)}]"
+    kinds = literal(row.kinds)
     said = (f'kind: {kinds} = "{default}"' if default else f"kind: {kinds}") if whole else None
     if whole and row.path == "background":
         said = f"kind: {kinds} | None = None"

@@ -20,6 +20,7 @@ from .cluster import Result, map, tiles  # `map` is not in __all__: Python has o
 from .exposures import Exposures
 from .fit import Fit, FitModel
 from .image import Image
+from .parameters import Parameter
 from .plan import AccuracyWarning, Certificate, Plan, PlanError
 from .plates import Plates
 from .scene import Scene
@@ -40,6 +41,7 @@ __all__ = [
     "FrameSequence",
     "Image",
     "MemoryLimitError",
+    "Parameter",
     "Plan",
     "PlanError",
     "Plates",

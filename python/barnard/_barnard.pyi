@@ -1,7 +1,7 @@
 """The native part of the package; `barnard` is what people use."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -9,7 +9,18 @@ __version__: str
 
 Tree = dict[str, Any]
 Listener = Callable[[str, int, int], None]
-KeyRow = tuple[str, str, str | None, str]
+
+class KeyRow(TypedDict):
+    name: str
+    summary: str
+    value: str
+    words: str
+    quantities: list[str]
+    choices: list[str]
+    is_required: bool
+    default: str | None
+    condition: str | None
+
 KindRow = tuple[str, str, list[KeyRow]]
 CertificateRow = tuple[str, float, float, float]
 
@@ -205,6 +216,7 @@ def after_fork() -> None: ...
 def set_threads(threads: int) -> None: ...
 def from_toml(file: str, text: str) -> Tree: ...
 def to_toml(tree: Tree) -> str: ...
+def parameters(tree: Tree) -> list[dict[str, Any]]: ...
 def sequence(reader: Reader, scene: Tree, name: str) -> Sequence: ...
 def plan(
     scene: Scene,

@@ -41,9 +41,9 @@ class Sampled(Field):
         """The Dask array, each of whose chunks is a brick; none where the field is no such array."""
         return self._bricks
 
-    def _spoken(self, key: str, kind: str, value: Any) -> Any:
+    def _spoken(self, key: str, row: Key, value: Any) -> Any:
         if key != "file" or isinstance(value, str) or hasattr(value, "__fspath__"):
-            return super()._spoken(key, kind, value)
+            return super()._spoken(key, row, value)
         if hasattr(value, "chunks") and hasattr(value, "dask"):
             if value.ndim != 3 or value.dtype.kind not in "fiu" or not all(n > 0 for n in value.shape):
                 raise scene_error("grid", f"the Dask array has shape {value.shape} and type {value.dtype}; a field must have three axes of known lengths and real numbers")
@@ -75,7 +75,7 @@ class Sampled(Field):
             return NotImplemented if not isinstance(other, Sampled) else False
         if self._array is None:
             return super().__eq__(other)
-        own, others = ({**field.tree(), "file": ""} for field in (self, other))
+        own, others = ({**field._nodes(), "file": ""} for field in (self, other))
         return own == others and np.array_equal(self._array, other._array)
 
     __hash__ = None  # type: ignore[assignment]

@@ -13,12 +13,21 @@ class Key:
     """One key of a table."""
 
     name: str
-    #: What its value is, such as "length" or "list of numbers".
-    value: str
-    #: What holds where it is left out; none for a required key.
-    default: str | None
-    #: What it means, in one line.
+    #: Meaning in one line.
     summary: str
+    #: Type of the value, such as "length" or "list of numbers".
+    value: str
+    #: The type with its range or choices.
+    words: str
+    #: Quantities that the value is one of.
+    quantities: list[str]
+    #: Texts that the value is one of.
+    choices: list[str]
+    is_required: bool
+    #: Default, or what determines it; none for a required key.
+    default: str | None
+    #: Condition under which an optional key is required.
+    condition: str | None
 
 
 @dataclass(frozen=True)
@@ -49,7 +58,7 @@ class Row:
 
 
 def _keys(rows) -> dict[str, Key]:
-    return {row[0]: Key(*row) for row in rows}
+    return {row["name"]: Key(**row) for row in rows}
 
 
 ROWS: dict[str, Row] = {

@@ -7,8 +7,8 @@ import inspect
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from ._rows import ROWS, Row, scene_error, unknown_key
-from ._values import said
+from ._rows import ROWS, Key, Row, scene_error, unknown_key
+from ._values import said, written
 
 _SPOKEN = "_said"
 _GIVEN = "_given"
@@ -89,17 +89,17 @@ class Table:
         own = _CLASSES.get(f"{self._path}.{key}")
         if own is not None and isinstance(value, dict):
             value = own.of(value)
-        spoken = None if value is None else self._spoken(key, known[key].value, value)
+        spoken = None if value is None else self._spoken(key, known[key], value)
         self._keep(key, value, spoken)
 
-    def _spoken(self, key: str, kind: str, value: Any) -> Any:
-        return said(value, kind, f"{self._place()}.{key}")
+    def _spoken(self, key: str, row: Key, value: Any) -> Any:
+        return said(value, row, f"{self._place()}.{key}")
 
     def _now(self, key: str) -> Any:
         """Setting of a key: anew where its value may have been changed in place since it was set."""
         given = self._given[key]
         if isinstance(given, (list, tuple, dict)) or getattr(given, "ndim", 0) > 0:
-            return self._spoken(key, self._row().all_keys(self._chosen)[key].value, given)
+            return self._spoken(key, self._row().all_keys(self._chosen)[key], given)
         return self._said[key]
 
     def _keep(self, key: str, value: Any, spoken: Any) -> None:
@@ -122,11 +122,15 @@ class Table:
 
     def tree(self) -> dict[str, Any]:
         """The table as scene files have it: texts with units, numbers, lists and dictionaries."""
+        return written(self._nodes())
+
+    def _nodes(self) -> dict[str, Any]:
+        """The table as the native part takes it: as `tree`, but quantities are (number, unit)."""
         kind = {"kind": self._kind} if self._kind else {}
         return {**kind, **{key: _unfolded(self._now(key)) for key in self._said}}
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and other.tree() == self.tree()
+        return type(other) is type(self) and other._nodes() == self._nodes()
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -144,7 +148,7 @@ class Table:
 
 def _unfolded(value: Any) -> Any:
     if isinstance(value, Table):
-        return value.tree()
+        return value._nodes()
     if isinstance(value, list):
         return [_unfolded(item) for item in value]
     if isinstance(value, dict):

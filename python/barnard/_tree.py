@@ -71,14 +71,14 @@ def tree_of(scene: Scene, camera: Camera | dict[str, Any] | None = None) -> dict
     for name in TABLES:
         table = camera if name == "camera" else getattr(scene, name)
         if table is not None:
-            tree[name] = table.tree()
+            tree[name] = table._nodes()
     if scene.fields:
-        tree["field"] = {name: field_of(field, f"field.{name}").tree() for name, field in scene.fields.items()}
+        tree["field"] = {name: field_of(field, f"field.{name}")._nodes() for name, field in scene.fields.items()}
     if scene.bookmarks:
-        tree["bookmark"] = {name: table_of(Camera, own, f"bookmark.{name}").tree() for name, own in scene.bookmarks.items()}
+        tree["bookmark"] = {name: table_of(Camera, own, f"bookmark.{name}")._nodes() for name, own in scene.bookmarks.items()}
     for name, (key, cls) in LISTS.items():
         if getattr(scene, name):
-            tree[key] = [table_of(cls, table, f"{key}[{i}]").tree() for i, table in enumerate(getattr(scene, name))]
+            tree[key] = [table_of(cls, table, f"{key}[{i}]")._nodes() for i, table in enumerate(getattr(scene, name))]
     return tree
 
 

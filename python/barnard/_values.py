@@ -1,4 +1,4 @@
-"""Values of keys: what people hand over, and how a scene says it."""
+"""Values of keys: conversion of Python objects to values of a scene."""
 
 from __future__ import annotations
 
@@ -8,12 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ._rows import QUANTITIES, scene_error
-
-#: Quantities that a value may be, where its name is not that of one.
-_ALSO = {
-    "extinction": ["extinction per length", "extinction per hydrogen column", "extinction per mass"],
-}
+from ._rows import QUANTITIES, Key, scene_error
 
 
 def spelled(unit: str) -> str:
@@ -32,7 +27,9 @@ def number(value: Any) -> str:
 
 
 def parsed(value: Any) -> tuple[float, str]:
-    """The number and the unit of what a scene says; a plain number has none."""
+    """The number and the unit of a value of a scene; a plain number has none."""
+    if isinstance(value, tuple):
+        return float(value[0]), value[1]
     if not isinstance(value, str):
         return float(value), ""
     text, unit = re.fullmatch(r"\s*([-+0-9.eE]*[0-9.])\s*(.*?)\s*", value).groups()
@@ -62,21 +59,39 @@ def in_unit(value: Any, quantities: list[str], key: str) -> tuple[Any, str]:
     raise scene_error(key, f"{value} is not a {' or '.join(quantities)}; known units: {known}")
 
 
-def _quantity(value: Any, kind: str, key: str) -> str:
-    quantities = _ALSO.get(kind, [kind])
+def is_quantity(value: Any) -> bool:
+    """True for a quantity as trees hold it: (number, unit), or (three numbers, unit)."""
+    return isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str)
+
+
+def written(value: Any) -> Any:
+    """A value of a tree as scene files write it: quantities as texts."""
+    if is_quantity(value):
+        numbers, unit = value
+        return " ".join([*map(number, numbers if isinstance(numbers, tuple) else [numbers]), unit])
+    if isinstance(value, dict):
+        return {name: written(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [written(item) for item in value]
+    return value
+
+
+def quantity(value: Any, quantities: list[str], key: str) -> str | tuple[float, str]:
+    """A quantity as a text with its unit, or as number and unit."""
+    kind = quantities[0]
     example = QUANTITIES[quantities[0]][1]
-    if isinstance(value, str):
+    if isinstance(value, str) or is_quantity(value):
         return value
     if has_unit(value):
         numbers, unit = in_unit(value, quantities, key)
         if numbers.size != 1:
             raise scene_error(key, f"{value} has {numbers.size} numbers; a {kind} must be one")
-        return f"{number(numbers.reshape(())[()])} {unit}"
+        return float(numbers.reshape(())[()]), unit
     raise scene_error(key, f'{value!r} is a {kind} without a unit; write it like "{example}", or multiply it by a unit of astropy or unyt')
 
 
-def _position(value: Any, key: str) -> str:
-    if isinstance(value, str):
+def _position(value: Any, key: str) -> str | tuple[tuple[float, ...], str]:
+    if isinstance(value, str) or is_quantity(value):
         return value
     wanted = 'a place is three lengths, such as [0.5, 0, -2] * u.pc or "0.5 0 -2 pc"'
     if not has_unit(value):
@@ -88,26 +103,28 @@ def _position(value: Any, key: str) -> str:
             raise scene_error(key, f"{value!r} is a position without a unit; {wanted}")
         lengths = [in_unit(item, ["length"], key) for item in items]
         # The first unit that serves is the same for all lengths.
-        return f"{' '.join(number(length) for length, _ in lengths)} {lengths[0][1]}"
+        return tuple(float(length) for length, _ in lengths), lengths[0][1]
     numbers, unit = in_unit(value, ["length"], key)
     if numbers.shape != (3,):
         raise scene_error(key, f"{value} has the shape {numbers.shape}; {wanted}")
-    return f"{' '.join(map(number, numbers))} {unit}"
+    return tuple(map(float, numbers)), unit
 
 
-def _times(value: Any, key: str) -> list[str]:
-    """Texts of times: of an array with a unit, or of a list."""
+def _quantities(value: Any, quantities: list[str], key: str) -> str | list[str | tuple[float, str]]:
+    """Quantities of an array with a unit, or of a list."""
+    if isinstance(value, str) or is_quantity(value):
+        return value
     if has_unit(value):
-        numbers, unit = in_unit(value, ["time"], key)
-        return [f"{number(own)} {unit}" for own in numbers.ravel()]
-    return [_quantity(own, "time", f"{key}[{i}]") for i, own in enumerate(_list(value, key))]
+        numbers, unit = in_unit(value, quantities, key)
+        return [(float(own), unit) for own in numbers.ravel()]
+    return [quantity(own, quantities, f"{key}[{i}]") for i, own in enumerate(_list(value, key))]
 
 
 def _any(value: Any, key: str) -> Any:
-    """Scene value of any kind: a quantity of whatever kind, a place, or a plain value."""
+    """Scene value of any type: a quantity, a position, or a plain value."""
     if has_unit(value):
         numbers, unit = in_unit(value, list(QUANTITIES), key)
-        return f"{' '.join(number(own) for own in numbers.ravel())} {unit}"
+        return (float(numbers), unit) if numbers.ndim == 0 else (tuple(map(float, numbers.ravel())), unit)
     return _plain(value, key)
 
 
@@ -137,37 +154,39 @@ def _plain(value: Any, key: str) -> Any:
             raise scene_error(key, f"{value} has a unit, but this key requires a plain value") from None
     if isinstance(value, np.ndarray):
         return _plain(value.tolist(), key)
+    if is_quantity(value):
+        return value
     if isinstance(value, (list, tuple)):
         return [_plain(item, key) for item in value]
     if isinstance(value, dict):
         return {str(name): _plain(item, f"{key}.{name}") for name, item in value.items()}
-    if hasattr(value, "tree"):
+    if hasattr(value, "_nodes"):
         return value
     raise scene_error(key, f"{value!r} is not a valid value of a scene")
 
 
-def said(value: Any, kind: str, key: str) -> Any:
-    """Scene value of a kind such as "length"; a tree of texts, numbers, lists and dictionaries.
+def said(value: Any, row: Key, key: str) -> Any:
+    """Scene value of a key: a tree of texts, numbers, quantities as (number, unit), lists and dictionaries.
 
     Raises
     ------
     SceneError
-        If it is none, or has no unit, or another one; the message says what would be right.
+        If the value has another type, no unit, or another unit; the message states the remedy.
     """
-    if kind == "position":
+    if row.value == "position":
         return _position(value, key)
-    if kind in QUANTITIES or kind in _ALSO:
-        return _quantity(value, kind, key)
-    if kind == "[width, height]" and isinstance(value, (int, np.integer)):
+    if row.quantities:
+        return (_quantities if row.value.startswith("list") else quantity)(value, row.quantities, key)
+    if row.value == "[width, height]" and isinstance(value, (int, np.integer)):
         return [int(value), int(value)]
-    if kind in ("path", "text") and not isinstance(value, (str, os.PathLike)):
+    if row.value in ("path", "text") and not isinstance(value, (str, os.PathLike)):
         raise scene_error(key, f"{value!r} is not a text")
-    if kind == "number" and isinstance(value, np.ndarray) and value.shape == ():
+    if row.choices and value not in row.choices:
+        raise scene_error(key, f"unknown value {value!r}; known: {', '.join(row.choices)}")
+    if row.value == "number" and isinstance(value, np.ndarray) and value.shape == ():
         value = value[()]
-    if kind == "list of times":
-        return _times(value, key)
-    if kind == "list of values":
+    if row.value == "list of values":
         return [_any(item, f"{key}[{i}]") for i, item in enumerate(_list(value, key))]
-    if kind in ("list of numbers", "direction"):
+    if row.value in ("list of numbers", "direction"):
         return [_plain(item, key) for item in _list(value, key)]
     return _plain(value, key)

@@ -91,7 +91,7 @@ def tiles(camera: Camera | dict[str, Any], edge: int = 1024) -> dict[tuple[int, 
     SceneError
         If the camera is cropped, or the edge is out of range.
     """
-    tree = table_of(Camera, camera, "camera").tree()
+    tree = table_of(Camera, camera, "camera")._nodes()
     if "crop" in tree:
         raise scene_error("camera.crop", "the camera is already cropped; give the camera of the whole image")
     if not edge >= 1:

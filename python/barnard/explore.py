@@ -49,7 +49,7 @@ class Explorer(anywidget.AnyWidget):
     def __init__(self, scene: Scene, sliders: Mapping[str, tuple[Any, Any]], size: tuple[int, int], display: dict[str, Any]):
         self._scene, self._display = scene, display
         self._ranges = {place: _Range(scene, place, *ends) for place, ends in sliders.items()}
-        self._home = scene.camera.tree()
+        self._home = scene.camera._nodes()
         self._eye = _Eye(self._home)
         self._wake = threading.Condition()
         self._order = 0
@@ -177,11 +177,14 @@ class _Eye:
         self.place = self.target + (self.place - self.target) * math.exp(min(max(steps, -2.0), 2.0))
 
     def keys(self) -> dict[str, Any]:
-        return {"position": " ".join(map(number, self.place)) + " pc"}
+        return {"position": (tuple(map(float, self.place)), "pc")}
 
 
-def _place(text: str) -> np.ndarray:
-    *numbers, unit = text.replace(",", " ").split()
+def _place(value: str | tuple[tuple[float, ...], str]) -> np.ndarray:
+    if isinstance(value, tuple):
+        numbers, unit = value
+    else:
+        *numbers, unit = value.replace(",", " ").split()
     return np.array([float(n) for n in numbers]) * dict(QUANTITIES["length"][0])[unit]
 
 
@@ -191,14 +194,14 @@ class _Range:
     def __init__(self, scene: Scene, place: str, low: Any, high: Any):
         self.place = place
         self._owner, self._key = place_of(scene, place)
-        kind = self._owner._row().all_keys(self._owner._chosen)[self._key].value
-        speak = lambda value: self._owner._spoken(self._key, kind, value)  # noqa: E731
+        row = self._owner._row().all_keys(self._owner._chosen)[self._key]
+        speak = lambda value: self._owner._spoken(self._key, row, value)  # noqa: E731
         (self._low, self._unit), (high_number, unit) = parsed(speak(low)), parsed(speak(high))
         self._high = high_number
         if unit != self._unit or not self._low < self._high:
             raise scene_error(place, f"a slider must range from a smaller to a larger value of the same unit, not from {low} to {high}")
         self._by_ratio = self._low > 0 and self._high / self._low >= 4
-        own = self._owner.tree().get(self._key)
+        own = self._owner._nodes().get(self._key)
         value, own_unit = parsed(own) if own is not None else (self._low, self._unit)
         self._value = value if own_unit == self._unit else self._low
 

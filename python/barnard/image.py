@@ -205,7 +205,7 @@ class Image:
         """
         from .exposures import Exposures
 
-        tree = None if instrument is None else table_of(Instrument, instrument, "instrument").tree()
+        tree = None if instrument is None else table_of(Instrument, instrument, "instrument")._nodes()
         with told(progress) as listener:
             native = _barnard.observe(self._native, tree, progress=listener)
         return Exposures(native, [band for band in self.bands if not band.endswith("_error")], (self, tree))
@@ -223,11 +223,11 @@ class Image:
         SceneError
             If a key or a value is invalid.
         """
-        return self._native.rgb(Display(**display).tree() if display else None)
+        return self._native.rgb(Display(**display)._nodes() if display else None)
 
     def png(self, **display: Any) -> bytes:
         """Colour picture as the bytes of a .png; see `rgb`."""
-        return self._native.png(Display(**display).tree() if display else None)
+        return self._native.png(Display(**display)._nodes() if display else None)
 
     def write(self, path: str | os.PathLike) -> None:
         """Writes the image completely or not at all: radiances as .fits, .exr and .npy, colour pictures as .png, .tif and .jpg.

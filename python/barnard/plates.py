@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _barnard
-from ._values import _quantity
+from ._values import number, quantity
 from .image import Image
 
 if TYPE_CHECKING:
@@ -117,4 +117,10 @@ def wavelengths(range: Any) -> tuple[str, str] | None:
     if range is None:
         return None
     low, high = range
-    return _quantity(low, "wavelength", "range"), _quantity(high, "wavelength", "range")
+    return _text(low), _text(high)
+
+
+def _text(wavelength: Any) -> str:
+    """A wavelength as a text with its unit."""
+    value = quantity(wavelength, ["wavelength"], "range")
+    return value if isinstance(value, str) else f"{number(value[0])} {value[1]}"

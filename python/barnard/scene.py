@@ -18,6 +18,7 @@ from ._table import Table, checked, copied, table_of
 from ._tree import LISTS, PARTS, TABLES, place_of, take, tree_of
 from .fit import Fit, FitModel, Images, model_of
 from .image import Image
+from .parameters import Parameter, parameters_of
 from .plan import Plan, exactness
 from .plates import Plates, wavelengths
 from .sequence import FrameSequence
@@ -291,11 +292,23 @@ class Scene:
         """Loader of the scene, with the arrays of its fields."""
         if self._reader is None:
             self._reader = _barnard.Reader(self._folder, self._limit)
-        arrays = {field.tree()["file"]: (name, field.values) for name, field in self._arrays().items()}
+        arrays = {field._nodes()["file"]: (name, field.values) for name, field in self._arrays().items()}
         self._reader.keep_arrays(list(arrays))
         for file, (name, values) in arrays.items():
             self._reader.add_array(file, f"the array of field {name}", values)
         return self._reader
+
+    def parameters(self) -> dict[str, Parameter]:
+        """Every value that can be swept, animated or fitted, by path, with type, unit, range and current value.
+
+        >>> scene.parameters()["star[0].temperature"].value
+
+        Raises
+        ------
+        SceneError
+            If a value has no place in a scene.
+        """
+        return parameters_of(self._tree())
 
     def check(self) -> None:
         """Checks that the scene can be rendered.
@@ -556,11 +569,11 @@ class Scene:
         from .explore import Explorer
 
         self.check()
-        return Explorer(self, sliders or {}, size, Display(**display).tree() if display else {})
+        return Explorer(self, sliders or {}, size, Display(**display)._nodes() if display else {})
 
     def _resized(self, size: list[int]) -> dict[str, Any]:
         """The scene's camera with other pixels, which see as much along a row."""
-        return {**self.camera.tree(), "size": size}
+        return {**self.camera._nodes(), "size": size}
 
 
 def _list_of(value: Any, name: str) -> list[Any]:

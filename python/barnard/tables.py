@@ -32,7 +32,7 @@ class Grid(Sampled):
     array : text, default the only one
         Name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME
         of the HDU in a FITS file.
-    axes : text, default xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)
+    axes : xyz, xzy, yxz, yzx, zxy or zyx, default xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)
         Order of the array's axes, slowest first.
     low : position, default from the file, or from voxel
         Lowest corner of the box of the voxels; if the file or voxel defines the box, of the part to read, in whole
@@ -45,25 +45,25 @@ class Grid(Sampled):
         Unit of length of files without one, such as .vdb.
     centre : position, default 0 0 0 pc with voxel, otherwise from the file
         Centre of the box of the whole array.
-    every : whole number, default 1
+    every : integer between 1 and 1024, default 1
         Number of voxels per axis to average into one; the whole file is never in memory.
-    memory : memory size, default none
+    memory : memory size above zero, default none
         Memory limit of the array, met by the smallest sufficient `every`.
-    preset : text, default none
-        Published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = "1 mag/pc"):
-        edenhofer24, leike20, lallement22, vergely22; it defines array, unit and box, and clips.
+    preset : edenhofer24, leike20, lallement22 or vergely22, default none
+        Published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = "1 mag/pc"); it
+        defines array, unit and box, and clips.
     unit : text, default the file's own
         Unit of the values (BUNIT of FITS, units of HDF5): number densities are converted to cm-3, extinctions per
         length to mag/pc; mass densities require mass_per_h; other values are unchanged.
-    mass_per_h : number, required for mass densities
+    mass_per_h : number between 1 and 1000, required for mass densities
         Gas mass per hydrogen nucleus in hydrogen masses, to convert mass densities to nuclei per cm3: 1.4 for solar
         abundances.
     wcs : boolean, default true
         Read the file's coordinates (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the
         transform of .vdb); false to use low and high, or voxel.
-    storage : text, default dense; single for .vdb and arrays above half of the memory limit
-        Storage in sparse blocks of 16 x 16 x 16 voxels: single, half or byte; half has relative errors of up to
-        1/2048, byte up to 1/508 of the largest value in the block.
+    storage : single, half or byte, default dense; single for .vdb and arrays above half of the memory limit
+        Storage in sparse blocks of 16 x 16 x 16 voxels; half has relative errors of up to 1/2048, byte up to 1/508 of
+        the largest value in the block.
     factor : number, default 1
         Factor of all values.
     clip : boolean, default false, true with preset
@@ -90,19 +90,19 @@ class Grid(Sampled):
         file: Path | ArrayLike,
         *,
         array: str | None = None,
-        axes: str | None = None,
+        axes: Literal["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"] | None = None,
         low: Position | None = None,
         high: Position | None = None,
         voxel: Quantity | None = None,
         scale: Quantity | None = None,
         centre: Position | None = None,
-        every: Quantity | None = None,
+        every: int | None = None,
         memory: Quantity | None = None,
-        preset: str | None = None,
+        preset: Literal["edenhofer24", "leike20", "lallement22", "vergely22"] | None = None,
         unit: str | None = None,
         mass_per_h: float | None = None,
         wcs: bool | None = None,
-        storage: str | None = None,
+        storage: Literal["single", "half", "byte"] | None = None,
         factor: float | None = None,
         clip: bool | None = None,
         copy: bool = True,
@@ -138,20 +138,20 @@ class Fbm(Field):
         Seed of the noise.
     centre : position, default 0 0 0 pc
         Centre of the cloud.
-    radius : length, default 1 pc
+    radius : length above zero, default 1 pc
         Radius of the cloud; it fades from half of it on.
-    scale : length, default 0.7 pc
+    scale : length above zero, default 0.7 pc
         Size of the largest structures.
-    octaves : integer, default 5
-        Number of octaves, 1 to 12.
-    lacunarity : number, default 2.0
-        Frequency ratio of successive octaves, above 1.
-    gain : number, default 0.5
+    octaves : integer between 1 and 12, default 5
+        Number of octaves.
+    lacunarity : number between 1 and 16, default 2
+        Frequency ratio of successive octaves.
+    gain : number between 0 and 1, default 0.5
         Amplitude ratio of successive octaves.
-    offset : number, default 0.2
+    offset : number between -10 and 10, default 0.2
         Offset before clipping at zero; larger values fill more of space.
-    variant : text, default plain
-        Plain or ridged.
+    variant : plain or ridged, default plain
+        Shape of the noise.
     warp : length, default 0 pc
         Strength of domain warping by a second noise.
 
@@ -175,7 +175,7 @@ class Fbm(Field):
         lacunarity: float | None = None,
         gain: float | None = None,
         offset: float | None = None,
-        variant: str | None = None,
+        variant: Literal["plain", "ridged"] | None = None,
         warp: Quantity | None = None,
     ):
         super().__init__(
@@ -199,7 +199,7 @@ class Sphere(Field):
     ----------
     centre : position, default 0 0 0 pc
         Centre of the sphere.
-    radius : length
+    radius : length above zero
         Radius of the sphere.
 
     Raises
@@ -245,9 +245,9 @@ class Plummer(Field):
     ----------
     centre : position, default 0 0 0 pc
         Centre of the cluster.
-    core : length
+    core : length above zero
         The Plummer radius a.
-    cut : length, default 5 core
+    cut : length above zero, default 5 core
         Radius beyond which it is zero.
 
     Raises
@@ -270,10 +270,10 @@ class Shell(Field):
     ----------
     centre : position, default 0 0 0 pc
         Centre of the shell.
-    radius : length
+    radius : length above zero
         Radius of the wall, whose density is 1; a growing shell keeps its mass if `scale` decreases with radius²
         thickness.
-    thickness : length
+    thickness : length above zero
         Standard deviation of the wall.
 
     Raises
@@ -298,9 +298,9 @@ class Slab(Field):
         Centre of the cube, on the middle plane.
     normal : direction, default [0, 0, 1]
         Normal of the planes.
-    thickness : length
+    thickness : length above zero
         Distance of the planes.
-    extent : length
+    extent : length above zero
         Half edge of the bounding cube.
 
     Raises
@@ -334,17 +334,17 @@ class Turbulence(Field):
         Lower corner of the box; the field is periodic in it.
     high : position, default 1 1 1 pc
         Upper corner of the box.
-    voxels : integer, default 128
+    voxels : integer between 8 and 2048, default 128
         Voxels along the longest edge; more voxels add finer waves and keep the others.
-    outer_scale : length, default half of the shortest edge
+    outer_scale : length above zero, default half of the shortest edge
         Driving scale of turbulence; larger waves are not stronger.
-    mach : number, default 5
+    mach : number between 0 and 1000, default 5
         Rms Mach number M; 0 is uniform.
-    forcing : text, default mixed
-        Solenoidal, mixed or compressive: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²).
-    plasma_beta : number, default no magnetic field
+    forcing : solenoidal, mixed or compressive, default mixed
+        Driving of the turbulence: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²).
+    plasma_beta : number between 0.000001 and 1e6, default no magnetic field
         Thermal over magnetic pressure.
-    slope : number, default 3.667
+    slope : number between 3.05 and 8, default 3.6666666666666665
         n of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010).
 
     Raises
@@ -365,7 +365,7 @@ class Turbulence(Field):
         voxels: int | None = None,
         outer_scale: Quantity | None = None,
         mach: float | None = None,
-        forcing: str | None = None,
+        forcing: Literal["solenoidal", "mixed", "compressive"] | None = None,
         plasma_beta: float | None = None,
         slope: float | None = None,
     ):
@@ -409,13 +409,13 @@ class Stereo(Table):
 
     Parameters
     ----------
-    eye_distance : length
+    eye_distance : length above zero
         Distance of the eyes; 1/30 of the distance to the object is deep, 1/100 shallow.
-    convergence : length, default to the target
+    convergence : length above zero, default to the target
         Distance of the screen plane; nearer objects appear in front of it.
-    arrangement : text, default over_under
-        over_under (left eye on top) or side_by_side; `%V` in an output name writes a file per eye.
-    pole_merge : list of texts, default ["60 deg", "75 deg"]
+    arrangement : over_under or side_by_side, default over_under
+        over_under has the left eye on top; `%V` in an output name writes a file per eye.
+    pole_merge : list of angles, default ["60 deg", "75 deg"]
         In 360° images, altitudes between which both eyes merge.
 
     Raises
@@ -431,8 +431,8 @@ class Stereo(Table):
         eye_distance: Quantity,
         *,
         convergence: Quantity | None = None,
-        arrangement: str | None = None,
-        pole_merge: Sequence[str] | None = None,
+        arrangement: Literal["over_under", "side_by_side"] | None = None,
+        pole_merge: Sequence[Quantity] | Quantity | None = None,
     ):
         super().__init__(
             eye_distance=eye_distance,
@@ -455,11 +455,11 @@ class Keyframe(Table):
         Position of the observer.
     target : position, default interpolated
         Target of the view.
-    direction : direction, default towards the target
+    direction : list of numbers, default towards the target
         Viewing direction, instead of a target.
     orientation : list of numbers, default towards the target
         Quaternion [x, y, z, w] that rotates a camera looking along -z with y up, instead of target and up.
-    up : direction, default interpolated
+    up : list of numbers, default interpolated
         Up direction of the image.
     field_of_view : angle, default interpolated
         Horizontal field of view, of a perspective camera.
@@ -515,9 +515,9 @@ class CameraPath(Table):
         Two or more keyframes, [[camera.path.key]], unless a file is given.
     file : path, default none
         File of keyframes: CSV, Gaia Sky camera path (.gsc), or the first animated camera of a glTF (.gltf, .glb).
-    unit : length, default 1 pc
+    unit : length above zero, default 1 pc
         Unit of length of a .gltf or .glb, and of CSV columns without a unit.
-    interpolation : text, default catmull_rom
+    interpolation : catmull_rom, bezier, linear or step, default catmull_rom
         Interpolation between keyframes.
     ease : time, default 0 s
         Time to accelerate from rest at the beginning, and to decelerate at the end.
@@ -538,7 +538,7 @@ class CameraPath(Table):
         key: Sequence[Keyframe | dict[str, Any]] | None = None,
         file: Path | None = None,
         unit: Quantity | None = None,
-        interpolation: str | None = None,
+        interpolation: Literal["catmull_rom", "bezier", "linear", "step"] | None = None,
         ease: Quantity | None = None,
         constant_speed: bool | None = None,
     ):
@@ -576,25 +576,24 @@ class Camera(Table):
         Target of the view.
     up : direction, default [0, 1, 0]
         Up direction of the image.
-    size : [width, height], default [512, 512]
+    size : [width, height], each above zero and at most 65536, default [512, 512]
         Pixels of the image.
-    crop : list of numbers, default the whole image
+    crop : list of numbers, each at least zero, default the whole image
         [column, row, width, height] of the rendered part, in pixels from the upper left corner.
-    supersampling : integer, default 1
-        Rays per pixel edge, 1 to 16.
+    supersampling : integer between 1 and 16, default 1
+        Rays per pixel edge.
     stereo : table, default one eye
         Stereo, [camera.stereo].
     path : table, default a static camera
         Camera path, [camera.path].
-    field_of_view : angle
-        Horizontal field of view, below 180 deg. Of kind perspective, required there.
-    width : length
+    field_of_view : angle above zero and below 180 deg
+        Horizontal field of view. Of kind perspective, required there.
+    width : length above zero
         Width of the image. Of kind orthographic, required there.
-    aperture : angle
-        Angle across the circle, up to 360 deg. Of kind fisheye.
-    tilt : angle
-        Tilt of the image centre from up towards the target, 0 to 180 deg; at 90 deg the target is in the centre. Of
-        kind fisheye.
+    aperture : angle above zero and at most 360 deg
+        Angle across the circle. Of kind fisheye.
+    tilt : angle between 0 and 180 deg
+        Tilt of the image centre from up towards the target, at 90 deg the target is in the centre. Of kind fisheye.
 
     Raises
     ------
@@ -660,18 +659,18 @@ def perspective(
         Target of the view.
     up : direction, default [0, 1, 0]
         Up direction of the image.
-    size : [width, height], default [512, 512]
+    size : [width, height], each above zero and at most 65536, default [512, 512]
         Pixels of the image.
-    crop : list of numbers, default the whole image
+    crop : list of numbers, each at least zero, default the whole image
         [column, row, width, height] of the rendered part, in pixels from the upper left corner.
-    supersampling : integer, default 1
-        Rays per pixel edge, 1 to 16.
+    supersampling : integer between 1 and 16, default 1
+        Rays per pixel edge.
     stereo : table, default one eye
         Stereo, [camera.stereo].
     path : table, default a static camera
         Camera path, [camera.path].
-    field_of_view : angle
-        Horizontal field of view, below 180 deg.
+    field_of_view : angle above zero and below 180 deg
+        Horizontal field of view.
     """
     return Camera(
         "perspective",
@@ -712,17 +711,17 @@ def orthographic(
         Target of the view.
     up : direction, default [0, 1, 0]
         Up direction of the image.
-    size : [width, height], default [512, 512]
+    size : [width, height], each above zero and at most 65536, default [512, 512]
         Pixels of the image.
-    crop : list of numbers, default the whole image
+    crop : list of numbers, each at least zero, default the whole image
         [column, row, width, height] of the rendered part, in pixels from the upper left corner.
-    supersampling : integer, default 1
-        Rays per pixel edge, 1 to 16.
+    supersampling : integer between 1 and 16, default 1
+        Rays per pixel edge.
     stereo : table, default one eye
         Stereo, [camera.stereo].
     path : table, default a static camera
         Camera path, [camera.path].
-    width : length
+    width : length above zero
         Width of the image.
     """
     return Camera(
@@ -765,20 +764,20 @@ def fisheye(
         Target of the view.
     up : direction, default [0, 1, 0]
         Up direction of the image.
-    size : [width, height], default [512, 512]
+    size : [width, height], each above zero and at most 65536, default [512, 512]
         Pixels of the image.
-    crop : list of numbers, default the whole image
+    crop : list of numbers, each at least zero, default the whole image
         [column, row, width, height] of the rendered part, in pixels from the upper left corner.
-    supersampling : integer, default 1
-        Rays per pixel edge, 1 to 16.
+    supersampling : integer between 1 and 16, default 1
+        Rays per pixel edge.
     stereo : table, default one eye
         Stereo, [camera.stereo].
     path : table, default a static camera
         Camera path, [camera.path].
-    aperture : angle, default 180 deg
-        Angle across the circle, up to 360 deg.
-    tilt : angle, default 0 deg
-        Tilt of the image centre from up towards the target, 0 to 180 deg; at 90 deg the target is in the centre.
+    aperture : angle above zero and at most 360 deg, default 180 deg
+        Angle across the circle.
+    tilt : angle between 0 and 180 deg, default 0 deg
+        Tilt of the image centre from up towards the target, at 90 deg the target is in the centre.
     """
     return Camera(
         "fisheye",
@@ -819,12 +818,12 @@ def equirectangular(
         Target of the view.
     up : direction, default [0, 1, 0]
         Up direction of the image.
-    size : [width, height], default [512, 512]
+    size : [width, height], each above zero and at most 65536, default [512, 512]
         Pixels of the image.
-    crop : list of numbers, default the whole image
+    crop : list of numbers, each at least zero, default the whole image
         [column, row, width, height] of the rendered part, in pixels from the upper left corner.
-    supersampling : integer, default 1
-        Rays per pixel edge, 1 to 16.
+    supersampling : integer between 1 and 16, default 1
+        Rays per pixel edge.
     stereo : table, default one eye
         Stereo, [camera.stereo].
     path : table, default a static camera
@@ -867,12 +866,12 @@ def cubemap(
         Target of the view.
     up : direction, default [0, 1, 0]
         Up direction of the image.
-    size : [width, height], default [512, 512]
+    size : [width, height], each above zero and at most 65536, default [512, 512]
         Pixels of the image.
-    crop : list of numbers, default the whole image
+    crop : list of numbers, each at least zero, default the whole image
         [column, row, width, height] of the rendered part, in pixels from the upper left corner.
-    supersampling : integer, default 1
-        Rays per pixel edge, 1 to 16.
+    supersampling : integer between 1 and 16, default 1
+        Rays per pixel edge.
     stereo : table, default one eye
         Stereo, [camera.stereo].
     path : table, default a static camera
@@ -908,11 +907,11 @@ class Albedo(Table):
 
     Parameters
     ----------
-    value : number
-        Albedo at the wavelength `at`, 0 to 1. Of kind constant, linear, required there.
-    slope : number
+    value : number between 0 and 1
+        Albedo at the wavelength `at`. Of kind constant, linear, required there.
+    slope : number between -1 and 1
         Change per 100 nm. Of kind linear.
-    at : wavelength
+    at : wavelength above zero
         Wavelength of the value. Of kind linear.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and albedo. Of kind file, required there.
@@ -961,8 +960,8 @@ class Phase(Table):
 
     Parameters
     ----------
-    g : number
-        Shape parameter, -0.999 to 0.999. Of kind henyey_greenstein, draine.
+    g : number between -0.999 and 0.999
+        Shape parameter. Of kind henyey_greenstein, draine.
     g_file : path
         Text, ECSV, VOTable or FITS table of wavelength and g. Of kind henyey_greenstein, draine.
     unit : text
@@ -970,7 +969,7 @@ class Phase(Table):
         henyey_greenstein, draine.
     column : text
         Name or number of the file's column to read. Of kind henyey_greenstein, draine.
-    alpha : number
+    alpha : number between 0 and 1000
         0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh. Of kind draine.
     file : path
         The CSV. Of kind tabulated, required there.
@@ -1004,16 +1003,16 @@ class Dust(Table):
     ----------
     density : expression
         Density, an expression of fields such as "cloud" or "n_H * (1 - x_ion)".
-    scale : extinction
+    scale : extinction at least zero
         Extinction at density 1: per length (A_V of "2 mag/pc", depth of "4 /pc"), or for a density in cm-3 per
         hydrogen column ("5.32e-22 mag cm2") or mass column ("200 cm2/g", with mass_per_h).
-    mass_per_h : number, required for a scale per mass
+    mass_per_h : number between 1 and 1000, required for a scale per mass
         Mass per hydrogen nucleus in hydrogen masses, for a scale per gram: 1.4 for all of the gas.
     law : text, default draine03_rv31
         Extinction law.
-    r_v : number, default 3.1
+    r_v : number between 0 and 100, default 3.1
         A(V)/E(B-V), for laws with this parameter.
-    albedo : number or table, default albedo of the law's grains
+    albedo : number or table between 0 and 1, default albedo of the law's grains
         Scattered fraction of extinction; Milky Way laws without grains use Draine 2003 of the nearest R_V.
     phase : table, default isotropic
         Angular distribution of scattered light.
@@ -1072,35 +1071,35 @@ class Star(Table):
         Where it is.
     visible : boolean, default true
         Draw the star itself as an unresolved source.
-    luminosity : luminosity, exactly one scale is required
+    luminosity : luminosity above zero, exactly one scale is required
         Bolometric luminosity.
-    radius : length, exactly one scale is required
+    radius : length above zero, exactly one scale is required
         Radius, for black bodies and atmospheres, such as "9.9 Rsun".
-    spectral_luminosity : spectral luminosity, exactly one scale is required
+    spectral_luminosity : spectral luminosity above zero, exactly one scale is required
         Luminosity per wavelength at `wavelength`.
-    wavelength : wavelength, default 550 nm
+    wavelength : wavelength above zero, default 550 nm
         Wavelength of spectral_luminosity.
     magnitude : magnitude, exactly one scale is required
         Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
-    extinction : magnitude, default 0
+    extinction : magnitude at least zero, default 0 mag
         A_V between the star and the observer of its magnitude; it is removed.
     extinction_law : text, default gordon23
         Extinction law of that dust, with R_V = 3.1 where it applies.
     magnitude_band : text, default johnson-V
         An embedded passband.
-    distance : length, default needed with magnitude
+    distance : length above zero, required with magnitude
         Distance of the observer of the magnitude.
-    magnitude_system : text, default vega; required for passbands without conventional Vega magnitudes
-        Vega or ab.
-    temperature : temperature
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
+    temperature : temperature above zero
         Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
     type : text
         Spectral type in the catalogue `stars`, such as "O9.5V" or "K0 III". Of kind stellar, required there.
-    log_g : number
+    log_g : number between -1 and 9
         Surface gravity, log10 of cm s-2; hotter stars require higher values. Of kind atmosphere.
-    exponent : number
+    exponent : number between -50 and 50
         Exponent in wavelength. Of kind power_law, required there.
-    reference : wavelength
+    reference : wavelength above zero
         Wavelength of strength 1. Of kind power_law.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and flux density. Of kind file, required there.
@@ -1133,7 +1132,7 @@ class Star(Table):
         extinction_law: str | None = None,
         magnitude_band: str | None = None,
         distance: Quantity | None = None,
-        magnitude_system: str | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
         temperature: Quantity | None = None,
         type: str | None = None,
         log_g: float | None = None,
@@ -1180,16 +1179,16 @@ class StarTable(Table):
     ----------
     file : path
         CSV file with a header and one star per row.
-    columns : list of texts, default all keys of [[star]]
+    columns : text or list of texts, default all keys of [[star]]
         Columns to read in addition to x, y and z.
     visible : boolean, default true
         Draw the stars themselves.
     magnitude_band : text, default johnson-V
         Embedded passband of a magnitude column.
-    distance : length, default needed with magnitudes
+    distance : length above zero, required for magnitudes
         Distance of the observer of the magnitudes.
-    magnitude_system : text, default vega; required for passbands without conventional Vega magnitudes
-        Vega or ab.
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
 
     Raises
     ------
@@ -1203,11 +1202,11 @@ class StarTable(Table):
         self,
         file: Path,
         *,
-        columns: Sequence[str] | None = None,
+        columns: str | Sequence[str] | None = None,
         visible: bool | None = None,
         magnitude_band: str | None = None,
         distance: Quantity | None = None,
-        magnitude_system: str | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
     ):
         super().__init__(
             file=file,
@@ -1241,32 +1240,32 @@ class Emission(Table):
         Its name.
     density : expression
         Density, an expression of fields such as "n_H^2 * x_ion^2".
-    doppler_fwhm : velocity, default 0 km/s
+    doppler_fwhm : velocity at least zero and below 29979.2458 km/s, default 0 km/s
         Full width at half maximum of the lines.
-    velocity : list of texts, default at rest
+    velocity : text or list of texts, default at rest
         Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
         Doppler-shifted as seen from the scene's camera.
-    velocity_step : velocity, default 10 km/s
+    velocity_step : velocity above zero, default 10 km/s
         Velocity resolution; use half of a channel or less.
-    scale : emission coefficient
+    scale : emission coefficient above zero
         Emission coefficient at density 1 and spectral strength 1, such as "1e-25 W/m3/sr". Of kind lines, line_list,
         file, required there.
     lines : list of tables
         { wavelength = "656.46 nm", strength = 3 }, wavelength in vacuum, strength integrated over the line. Of kind
         lines, required there.
-    continuum : number
+    continuum : number at least zero
         Strength per nm at `continuum_at`. Of kind lines.
-    continuum_at : wavelength
+    continuum_at : wavelength above zero
         Wavelength of that strength. Of kind lines.
-    continuum_exponent : number
+    continuum_exponent : number between -50 and 50
         Exponent of the continuum in wavelength. Of kind lines.
     ion : text
         Name in the catalogue `ions`, such as "H1", "O3", "N2", "S2". Of kind ion, required there.
-    temperature : temperature
+    temperature : temperature above zero
         Electron temperature, 6000 to 15000 K. Of kind ion, recombination, required there.
-    electron_density : number density
+    electron_density : number density above zero
         100 to 1e4 cm-3. Of kind ion, recombination, required there.
-    abundance : number
+    abundance : number between 0 and 1000
         n_ion / n_H. Of kind ion.
     list : text
         Name in the catalogue `line-lists`. Of kind line_list, required there.
@@ -1292,7 +1291,7 @@ class Emission(Table):
         *,
         name: str | None = None,
         doppler_fwhm: Quantity | None = None,
-        velocity: Sequence[str] | None = None,
+        velocity: str | Sequence[str] | None = None,
         velocity_step: Quantity | None = None,
         scale: Quantity | None = None,
         lines: Sequence[dict[str, Any]] | None = None,
@@ -1339,24 +1338,24 @@ class Gas(Table):
     ----------
     density : expression
         Hydrogen nuclei in cm-3, an expression of fields such as "n_H".
-    abundances : text or list, default orion
+    abundances : text or list of numbers at least zero, default orion
         Orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus; six numbers omit Mg and Si.
-    voxels : whole number, default those of the grid; 96 for a function
+    voxels : integer between 8 and 2048, default those of the grid; 96 for a function
         Voxels along the longest edge; more than those of the grid make fronts finer.
-    dust_absorption : number, default 0
+    dust_absorption : number between 0 and 1e-15, default 0
         Cross section of dust for ionising light in cm2 per hydrogen nucleus, such as 1e-21.
-    temperature : temperature, default thermal equilibrium
-        Fixed electron temperature, 500 to 60000 K.
-    diffuse : text, default outward
+    temperature : temperature between 500 and 60000 K, default thermal equilibrium
+        Fixed electron temperature.
+    diffuse : outward or on_the_spot, default outward
         Treatment of recombination light: outward (transported along the stars' rays) or on_the_spot (absorbed where
         it is emitted).
-    doppler_fwhm : velocity, default 0 km/s
+    doppler_fwhm : velocity at least zero and below 29979.2458 km/s, default 0 km/s
         Turbulent full width at half maximum of the lines; the thermal width, 19 km/s for hydrogen at 8000 K, is added
         in quadrature.
-    velocity : list of texts, default at rest
+    velocity : text or list of texts, default at rest
         Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
         Doppler-shifted as seen from the scene's camera.
-    velocity_step : velocity, default 10 km/s
+    velocity_step : velocity above zero, default 10 km/s
         Velocity resolution; use half of a channel or less.
 
     Raises
@@ -1371,13 +1370,13 @@ class Gas(Table):
         self,
         density: str,
         *,
-        abundances: str | Sequence[str] | None = None,
-        voxels: Quantity | None = None,
+        abundances: str | Sequence[float] | None = None,
+        voxels: int | None = None,
         dust_absorption: float | None = None,
         temperature: Quantity | None = None,
-        diffuse: str | None = None,
+        diffuse: Literal["outward", "on_the_spot"] | None = None,
         doppler_fwhm: Quantity | None = None,
-        velocity: Sequence[str] | None = None,
+        velocity: str | Sequence[str] | None = None,
         velocity_step: Quantity | None = None,
     ):
         super().__init__(
@@ -1400,11 +1399,11 @@ class StarField(Table):
     ----------
     seed : integer, default 1
         Seed of the random field.
-    density : density on the sky, default 2000 /deg2
+    density : density on the sky above zero, default 2000 /deg2
         Stars per solid angle.
-    brightest : number, default 8
+    brightest : number between -30 and 40, default 8
         V magnitude (Vega) of the brightest.
-    faintest : number, default 18
+    faintest : number between -30 and 40, default 18
         V magnitude (Vega) of the faintest; counts grow as 10^(0.4 m).
 
     Raises
@@ -1437,20 +1436,20 @@ class StarCatalogue(Table):
     ----------
     file : path
         CSV file with a header and one star per row.
-    axes : text, default observation
+    axes : observation, icrs or galactic, default observation
         Orientation of the sky. observation: as [observation] places each image, for any camera position; icrs or
         galactic: the scene's axes are those of the sky.
     magnitude_band : text, default johnson-V
         Embedded passband of a column `magnitude`.
-    magnitude_system : text, default vega; required for passbands without conventional Vega magnitudes
-        Vega or ab.
-    temperature : temperature, default 5800 K
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
+    temperature : temperature above zero, default 5800 K
         Temperature of stars without type, temperature or second magnitude.
-    epoch : number, default that of the catalogue
+    epoch : number between 1700 and 2300, default that of the catalogue
         Year to which proper motions (columns pmra and pmdec, mas/yr) are applied, such as 2026.5.
-    catalogue_epoch : number, default column ref_epoch; 2000 for HYG
-        Year of the positions, with epoch.
-    faintest : number, default none
+    catalogue_epoch : number between 1700 and 2300, default column ref_epoch; 2000 for HYG
+        Year of the positions.
+    faintest : number between -30 and 40, default none
         Limiting magnitude; fainter stars are skipped.
 
     Raises
@@ -1465,9 +1464,9 @@ class StarCatalogue(Table):
         self,
         file: Path,
         *,
-        axes: str | None = None,
+        axes: Literal["observation", "icrs", "galactic"] | None = None,
         magnitude_band: str | None = None,
-        magnitude_system: str | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
         temperature: Quantity | None = None,
         epoch: float | None = None,
         catalogue_epoch: float | None = None,
@@ -1504,23 +1503,23 @@ class Background(Table):
 
     Parameters
     ----------
-    radiance : spectral radiance
+    radiance : spectral radiance above zero
         At `wavelength`.
-    wavelength : wavelength, default 550 nm
+    wavelength : wavelength above zero, default 550 nm
         Wavelength of the radiance.
     stars : table, default none
         A field of stars.
     catalogue : table, default none
         Stars of a CSV at their sky positions.
-    temperature : temperature
+    temperature : temperature above zero
         Effective temperature, 10000 to 50000 K. Of kind blackbody, atmosphere, required there.
     type : text
         Spectral type in the catalogue `stars`, such as "O9.5V" or "K0 III". Of kind stellar, required there.
-    log_g : number
+    log_g : number between -1 and 9
         Surface gravity, log10 of cm s-2; hotter stars require higher values. Of kind atmosphere.
-    exponent : number
+    exponent : number between -50 and 50
         Exponent in wavelength. Of kind power_law, required there.
-    reference : wavelength
+    reference : wavelength above zero
         Wavelength of strength 1. Of kind power_law.
     file : path
         Text, ECSV, VOTable or FITS table of wavelength and flux density. Of kind file, required there.
@@ -1580,13 +1579,13 @@ class Detail(Table):
     ----------
     seed : integer, default 1
         Seed of the noise.
-    octaves : integer, default 4
-        Octaves of waves from two voxels downwards, 1 to 8; unresolved octaves cost nothing.
-    strength : number, default 1
+    octaves : integer between 1 and 8, default 4
+        Octaves of waves from two voxels downwards; unresolved octaves cost nothing.
+    strength : number between 0 and 10, default 1
         Factor of the deviations; 0 disables detail.
-    deviation : number, default measured on each grid
+    deviation : number between 0 and 1.5, default measured on each grid
         Deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough.
-    slope : number, default measured on each grid
+    slope : number between 3.05 and 8, default measured on each grid
         n of the spectrum k^-n; 3.667 is Kolmogorov's.
 
     Raises
@@ -1615,16 +1614,16 @@ class Spectrograph(Table):
 
     Parameters
     ----------
-    low : wavelength
+    low : wavelength above zero
         Lower edge of the first channel.
-    high : wavelength
+    high : wavelength above zero
         Upper edge of the last channel.
-    count : integer
-        Number of channels of equal width in wavelength, up to 4096.
-    resolving_power : number, default none
+    count : integer between 1 and 4096
+        Number of channels of equal width in wavelength.
+    resolving_power : number between 1 and 1e7, default none
         Resolving power: wavelength over the full width at half maximum of a Gaussian line; by default channels have
         sharp edges.
-    rest_wavelength : wavelength, default the only line in range
+    rest_wavelength : wavelength above zero, default the only line in range
         Vacuum wavelength of the line for velocities (RESTWAV).
 
     Raises
@@ -1677,7 +1676,7 @@ class Band(Table):
     ----------
     name : text
         Name in the output.
-    counting : text, default energy
+    counting : energy or photon, default energy
         Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
     passband : text
         Name in the catalogue `passbands`, such as "hst-wfc3-f656n". Of kind catalogue, required there.
@@ -1689,15 +1688,15 @@ class Band(Table):
         Name or number of the file's column to read. Of kind file.
     nm : list of numbers
         Wavelengths of the points, ascending [nm]. Of kind points, required there.
-    throughput : list of numbers
-        Throughput at the points, 0 to 1. Of kind points, required there.
+    throughput : list of numbers, each between 0 and 1
+        Throughput at the points. Of kind points, required there.
     centre : wavelength
         Its middle. Of kind top_hat, gaussian, cos2, required there.
-    width : wavelength
+    width : wavelength above zero
         Its full width. Of kind top_hat, required there.
-    fwhm : wavelength
+    fwhm : wavelength above zero
         Full width at half maximum. Of kind gaussian, required there.
-    half_width : wavelength
+    half_width : wavelength above zero
         Distance of its zeros from the centre. Of kind cos2, required there.
     coefficients : list of numbers
         c_0, c_1, ... Of kind polynomial, required there.
@@ -1719,7 +1718,7 @@ class Band(Table):
         kind: Literal["catalogue", "file", "points", "top_hat", "gaussian", "cos2", "polynomial"],
         name: str,
         *,
-        counting: str | None = None,
+        counting: Literal["energy", "photon"] | None = None,
         passband: str | None = None,
         file: Path | None = None,
         unit: str | None = None,
@@ -1762,13 +1761,13 @@ class Glare(Table):
     ----------
     optics : text, default hubble
         Optics of the glare.
-    size : number, default 0.5
+    size : number between 0.01 and 20, default 0.5
         Size of spikes and rings: λ/D at 550 nm in thousandths of the longer edge.
     rotation : angle, default 0 deg
         Rotation of the optics, counterclockwise.
-    seeing : number, default 0
+    seeing : number between 0 and 50, default 0
         Seeing, full width at half maximum in thousandths of the longer edge.
-    halo : number, default 0.02
+    halo : number between 0 and 1, default 0.02
         Fraction of light in the halo.
 
     Raises
@@ -1804,13 +1803,13 @@ class Display(Table):
         Scale each band to its own white, as usual for narrow bands.
     stretch : text, default asinh
         Curve from radiance to brightness.
-    strength : number, default the stretch's own
+    strength : number at least zero, default the stretch's own
         Its parameter.
-    black : number, default 0
+    black : number at least zero, default 0
         Radiance of black [W m-2 sr-1, or of the balanced band].
-    white : number, default level exceeded by the brightest 0.2 %
+    white : number at least zero, default level exceeded by the brightest 0.2 %
         Radiance of white.
-    bits : integer, default 8
+    bits : integer between 8 and 16, default 8
         Bits per colour of a .png, 8 or 16; a .tif has 16, a .jpg 8.
     glare : table, default none
         Glare of bright points, [display.glare].
@@ -1858,16 +1857,15 @@ class Observation(Table):
     target : text
         Sky position of the centre of the whole image (of a dome: its axis, the zenith unless tilted): "18h18m48s
         -13d49m", "18:18:48 -13:49:00" or "274.7 -13.82" in degrees.
-    frame : text, default icrs
-        Frame of the target: icrs or galactic.
+    frame : icrs or galactic, default icrs
+        Frame of the target.
     position_angle : angle, default 0 deg
         Position angle of the image's up direction, from north through east; at 0 deg north is up and east left.
-    distance : length, default none
+    distance : length above zero, default none
         Distance of the centre of an orthographic image, which converts lengths to angles; required there, unused by
         other cameras.
-    unit : text, default W m-2 sr-1
-        Unit of FITS files: W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R (Rayleigh), photon s-1 m-2 sr-1, electron
-        s-1, mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega.
+    unit : W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R, photon s-1 m-2 sr-1, electron s-1, mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega, default W m-2 sr-1
+        Unit of FITS files; R is Rayleigh.
 
     Raises
     ------
@@ -1881,10 +1879,10 @@ class Observation(Table):
         self,
         target: str,
         *,
-        frame: str | None = None,
+        frame: Literal["icrs", "galactic"] | None = None,
         position_angle: Quantity | None = None,
         distance: Quantity | None = None,
-        unit: str | None = None,
+        unit: Literal["W m-2 sr-1", "erg s-1 cm-2 arcsec-2", "MJy/sr", "R", "photon s-1 m-2 sr-1", "electron s-1", "mag/arcsec2 AB", "mag/arcsec2 ST", "mag/arcsec2 Vega"] | None = None,
     ):
         super().__init__(target=target, frame=frame, position_angle=position_angle, distance=distance, unit=unit)
 
@@ -1908,25 +1906,25 @@ class PointSpread(Table):
     ----------
     optics : text
         Telescope with a known pupil, instead of obstruction and vanes. Of kind airy.
-    vanes : integer
-        Number of vanes of the secondary mirror, up to 12. Of kind airy.
-    vane_width : number
+    vanes : integer between 0 and 12
+        Number of vanes of the secondary mirror. Of kind airy.
+    vane_width : number between 0.0001 and 0.2
         Width of a vane relative to the aperture. Of kind airy.
     rotation : angle
         Rotation of the optics, counterclockwise. Of kind airy.
-    fwhm : angle
+    fwhm : angle above zero
         Full width at half maximum at `wavelength`. Of kind moffat, gaussian, required there.
-    beta : number
-        Exponent of the wings, above 1. Of kind moffat.
-    wavelength : wavelength
+    beta : number between 1.01 and 100
+        Exponent of the wings. Of kind moffat.
+    wavelength : wavelength above zero
         Where `fwhm` holds. Of kind moffat, gaussian.
-    exponent : number
+    exponent : number between -2 and 2
         Exponent of the width in wavelength. Of kind moffat, gaussian.
     file : path
         Image file; by default its first HDU or band. Of kind kernel, required there.
     hdu : text
         Name or number of the HDU of a FITS file, such as "OVERDIST". Of kind kernel.
-    pixel_scale : angle
+    pixel_scale : angle above zero
         The angle of a pixel of the image. Of kind kernel, required there.
 
     Raises
@@ -1977,47 +1975,47 @@ class Instrument(Table):
     ----------
     preset : text, default none
         Predefined instrument; other keys override its values.
-    aperture : length, default of the preset
+    aperture : length above zero, default of the preset
         Diameter of the aperture; required without a preset.
-    obstruction : number, default 0
+    obstruction : number between 0 and 0.99, default 0
         Diameter of the central obstruction relative to the aperture.
-    collecting_area : area, default of the aperture
+    collecting_area : area above zero, default of the aperture
         Collecting area, if not that of aperture and obstruction; Hubble's passbands include its obstruction.
-    throughput : number, default 1
+    throughput : number between 0.000001 and 1, default 1
         Recorded fraction of the light, in addition to the passband.
     psf : list of tables, default airy
         Point-spread functions, applied in sequence, [[instrument.psf]].
-    pixel_scale : angle, default the picture's
+    pixel_scale : angle above zero, default the picture's
         Angle per detector pixel; the camera's pixels must be at least as fine.
-    sky : list of texts, default dark
-        Sky brightness in mag/arcsec2, such as "21.6 mag": one for all passbands, or one per passband.
+    sky : list of magnitudes, default dark
+        Sky brightness per square arcsecond: one for all passbands, or one per passband.
     allow_foreign_filters : boolean, default false
         Allow catalogue passbands of other instruments; those of [[band]] always are.
-    sky_system : text, default ab
-        Magnitude system of `sky`: ab, st or vega.
+    sky_system : ab, st or vega, default ab
+        Magnitude system of `sky`.
     subtract_sky : boolean, default true
         Subtract the mean sky from the master; its noise remains.
-    dark_current : dark current, default 0 e/s
+    dark_current : dark current at least zero, default 0 e/s
         Dark current per pixel.
-    read_noise : charge, default 0 e
+    read_noise : charge at least zero, default 0 e
         Read noise per pixel, standard deviation.
-    gain : gain, default 1 e/ADU
+    gain : gain above zero, default 1 e/ADU
         Electrons of a count.
-    bias : counts, default what reading needs
+    bias : counts at least zero, default what reading needs
         Counts of an empty pixel; default: six times the read noise.
-    full_well : charge, default none
+    full_well : charge above zero, default none
         Full well, electrons per pixel.
-    bits : integer, default 16
-        Bits per count, up to 16.
-    pixel_size : length, default 10 um
+    bits : integer between 1 and 16, default 16
+        Bits per count.
+    pixel_size : length above zero, default 10 um
         Edge of a pixel, for cosmic rays.
-    cosmic_rays : rate of hits, default 0 /cm2/s
+    cosmic_rays : rate of hits at least zero, default 0 /cm2/s
         Rate of cosmic-ray hits.
-    mosaic : list of texts, default none
+    mosaic : text or list of texts, default none
         Passbands of 2 x 2 pixels of a colour sensor, row by row from the upper left; [] for none.
-    exposure : time, default 60 s
+    exposure : time above zero, default 60 s
         Exposure of a frame.
-    frames : integer, default 1
+    frames : integer between 1 and 10000, default 1
         Number of frames.
     seed : integer, default 1
         Seed of the noise.
@@ -2040,9 +2038,9 @@ class Instrument(Table):
         throughput: float | None = None,
         psf: Sequence[PointSpread | dict[str, Any]] | None = None,
         pixel_scale: Quantity | None = None,
-        sky: Sequence[str] | None = None,
+        sky: Sequence[Quantity] | Quantity | None = None,
         allow_foreign_filters: bool | None = None,
-        sky_system: str | None = None,
+        sky_system: Literal["ab", "st", "vega"] | None = None,
         subtract_sky: bool | None = None,
         dark_current: Quantity | None = None,
         read_noise: Quantity | None = None,
@@ -2052,7 +2050,7 @@ class Instrument(Table):
         bits: int | None = None,
         pixel_size: Quantity | None = None,
         cosmic_rays: Quantity | None = None,
-        mosaic: Sequence[str] | None = None,
+        mosaic: str | Sequence[str] | None = None,
         exposure: Quantity | None = None,
         frames: int | None = None,
         seed: int | None = None,
@@ -2090,16 +2088,16 @@ class Output(Table):
 
     Parameters
     ----------
-    layers : list of texts, default []
+    layers : text or list of texts, default []
         Layers of an .exr or a .fits: light, depth, tau, all or none.
-    channels : text, default rgb
+    channels : rgb or bands, default rgb
         Contents of light layers: rgb (linear colours at the picture's exposure) or bands (radiances).
-    color_space : text, default rec709
-        Primaries of linear colours in an .exr: rec709 or acescg.
-    precision : text, default half
-        Precision of colours in an .exr: half or float; radiances are always float.
-    compression : text, default zip
-        Compression of an .exr: none, rle, zips, zip, piz or pxr24; pxr24 keeps 24 bits per radiance.
+    color_space : rec709 or acescg, default rec709
+        Primaries of linear colours in an .exr.
+    precision : half or float, default half
+        Precision of colours in an .exr; radiances are always float.
+    compression : none, rle, zips, zip, piz or pxr24, default zip
+        Compression of an .exr; pxr24 keeps 24 bits per radiance.
 
     Raises
     ------
@@ -2112,11 +2110,11 @@ class Output(Table):
     def __init__(
         self,
         *,
-        layers: Sequence[str] | None = None,
-        channels: str | None = None,
-        color_space: str | None = None,
-        precision: str | None = None,
-        compression: str | None = None,
+        layers: str | Sequence[str] | None = None,
+        channels: Literal["rgb", "bands"] | None = None,
+        color_space: Literal["rec709", "acescg"] | None = None,
+        precision: Literal["half", "float"] | None = None,
+        compression: Literal["none", "rle", "zips", "zip", "piz", "pxr24"] | None = None,
     ):
         super().__init__(
             layers=layers,
@@ -2134,36 +2132,35 @@ class Method(Table):
     ----------
     name : text, default band_quadrature
         Name in the catalogue `methods`.
-    accuracy : number, default 0.001
+    accuracy : number between 1e-9 and 0.5, default 0.001
         Allowed error: spectral relative to the light without extinction, spatial relative to the image's rms.
-    count : integer, default chosen by accuracy
+    count : integer between 1 and 4096, default chosen by accuracy
         Fixed number of nodes, intervals, elements or samples per band, for comparisons.
-    domain : list of texts, default that of each band (projection: that of all bands)
-        Wavelength range of midpoint, gauss_legendre, preintegrated, analytic and projection, such as ["300 nm", "1
-        um"].
-    degree : integer, default 5
+    domain : list of wavelengths, each above zero, default that of each band (projection: that of all bands)
+        Wavelength range of midpoint, gauss_legendre, preintegrated, analytic and projection.
+    degree : integer between 0 and 12, default 5
         Degree of the spectral polynomials of analytic.
-    range : number, default largest depth of the scene
+    range : number between 0.000001 and 1e6, default largest depth of the scene
         Largest optical depth of the basis of projection.
-    criterion : text, default mean
+    criterion : mean, largest or filter, default mean
         Norm that the exponents of projection minimise over the range: mean error, largest error, or mean weighted by
         each filter.
-    steps : integer, default chosen by accuracy
+    steps : integer between 1 and 1e6, default chosen by accuracy
         Fixed number of samples per ray, for comparisons.
-    steps_per_voxel : number, default chosen by accuracy
-        Fixed number of samples per voxel edge, 0.5 to 100; `steps` takes precedence.
-    star_depth_voxels : integer, default chosen by accuracy
-        Fixed number of star-depth voxels per dust voxel edge, 1 to 12, within the memory limit.
-    bake : integer, default from the sampling error, 32 to 256
-        Voxels along the longest edge of sampled functions, 4 to 2048.
-    volumes : text, default single
-        Precision of march volumes, single or half; half has errors of up to 1/700 and takes half of the memory.
-    sparse : text, default auto
-        Omit volume pages of 16 x 16 x 16 voxels without dust and gas: auto, always or never; auto does so from 64 MiB
-        on if it saves a quarter.
-    bounces : integer, default 1
+    steps_per_voxel : number between 0.5 and 100, default chosen by accuracy
+        Fixed number of samples per voxel edge.
+    star_depth_voxels : integer between 1 and 12, default chosen by accuracy
+        Fixed number of star-depth voxels per dust voxel edge, within the memory limit.
+    bake : integer between 4 and 2048, default from the sampling error, 32 to 256
+        Voxels along the longest edge of sampled functions.
+    volumes : single or half, default single
+        Precision of march volumes; half has errors of up to 1/700 and takes half of the memory.
+    sparse : auto, always or never, default auto
+        Omit volume pages of 16 x 16 x 16 voxels without dust and gas; auto does so from 64 MiB on if it saves a
+        quarter.
+    bounces : integer between 1 and 1000, default 1
         Largest number of scatterings of starlight, 1000 for all; light of gas and background scatters one time less.
-    exact_stars : integer, default all of up to 8; of more, one that emits over half of the light
+    exact_stars : integer between 0 and 1e6, default all of up to 8; of more, one that emits over half of the light
         Number of the brightest stars to march individually; the light of the others is aggregated in cells beyond the
         neighbourhood of each (methods of nodes only).
 
@@ -2181,16 +2178,16 @@ class Method(Table):
         name: str | None = None,
         accuracy: float | None = None,
         count: int | None = None,
-        domain: Sequence[str] | None = None,
+        domain: Sequence[Quantity] | Quantity | None = None,
         degree: int | None = None,
         range: float | None = None,
-        criterion: str | None = None,
+        criterion: Literal["mean", "largest", "filter"] | None = None,
         steps: int | None = None,
         steps_per_voxel: float | None = None,
         star_depth_voxels: int | None = None,
         bake: int | None = None,
-        volumes: str | None = None,
-        sparse: str | None = None,
+        volumes: Literal["single", "half"] | None = None,
+        sparse: Literal["auto", "always", "never"] | None = None,
         bounces: int | None = None,
         exact_stars: int | None = None,
     ):
@@ -2222,10 +2219,10 @@ class Animation(Table):
     of : text
         Animated key, such as "star[0].temperature" (of the first star) or "display.white".
     times : list of times
-        Ascending times of `values`, such as ["0 s", "4 s"].
+        Ascending times of `values`.
     values : list of values
         Values at these times, written like the key itself, all in one unit.
-    interpolation : text, default bezier
+    interpolation : catmull_rom, bezier, linear or step, default bezier
         Interpolation between values.
 
     Raises
@@ -2242,7 +2239,7 @@ class Animation(Table):
         times: Sequence[Quantity] | Quantity,
         values: Sequence[Any] | Quantity,
         *,
-        interpolation: str | None = None,
+        interpolation: Literal["catmull_rom", "bezier", "linear", "step"] | None = None,
     ):
         super().__init__(of=of, times=times, values=values, interpolation=interpolation)
 
@@ -2252,16 +2249,16 @@ class Frames(Table):
 
     Parameters
     ----------
-    frames_per_second : number, default 30
+    frames_per_second : number above zero and at most 1e6, default 30
         Frames per second.
-    first_frame : integer, default 1
+    first_frame : integer between -1e9 and 1e9, default 1
         Number of the frame at 0 s.
     duration : time, default until the last key
         Time from the first frame to the last.
-    shutter : angle, default 0 deg
+    shutter : angle between 0 and 360 deg, default 0 deg
         Shutter angle for motion blur; 360 deg is the whole frame time.
-    shutter_moments : integer, default 8
-        Number of moments averaged per frame with motion blur, 2 to 256.
+    shutter_moments : integer between 2 and 256, default 8
+        Number of moments averaged per frame with motion blur.
 
     Raises
     ------

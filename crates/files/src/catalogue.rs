@@ -90,7 +90,7 @@ pub const CATALOGUES: &[Catalogue] = &[
     Catalogue {
         name: "interpolations",
         summary: "interpolation between keyframes",
-        rows: || rows(barnard::animation::INTERPOLATIONS.iter().map(|i| (i.name, i.summary))),
+        rows: || rows(barnard::animation::INTERPOLATIONS.into_iter()),
     },
     Catalogue {
         name: "readers",

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use barnard::field;
-use barnard::properties::Key;
+use barnard::properties::KeyRow;
 use barnard::scene::schema::{KindRow, TABLES, TableRow};
 
 use crate::catalogue::CATALOGUES;
@@ -127,10 +127,10 @@ fn entry(page: &mut String, kind: &KindRow) {
     }
 }
 
-fn keys(page: &mut String, keys: &[Key]) {
+fn keys(page: &mut String, keys: &[KeyRow]) {
     page.push_str("| key | value | default | meaning |\n|---|---|---|---|\n");
     for key in keys {
-        let default = key.default.map_or("**required**".to_owned(), str::to_owned);
-        let _ = writeln!(page, "| `{}` | {} | {default} | {} |", key.name, key.kind, key.summary);
+        let default = key.default_words().unwrap_or_else(|| "**required**".to_owned());
+        let _ = writeln!(page, "| `{}` | {} | {default} | {} |", key.name, key.type_words(), key.summary);
     }
 }

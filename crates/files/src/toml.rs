@@ -55,6 +55,9 @@ fn headed(value: &Value) -> Item {
 fn in_line(value: &Value) -> toml_edit::Value {
     match value {
         Value::Text(text) => text.as_str().into(),
+        Value::Quantity(numbers, unit) => {
+            numbers.iter().map(|number| format!("{number:?} ")).chain([unit.clone()]).collect::<String>().into()
+        }
         Value::Integer(number) => (*number).into(),
         Value::Number(number) => (*number).into(),
         Value::Flag(flag) => (*flag).into(),

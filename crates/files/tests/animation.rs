@@ -213,7 +213,7 @@ values = {values}
             &["does not move"],
         ),
         ("[camera.path]\ninterpolation = \"cubic\"", two.clone(), &["catmull_rom, bezier"]),
-        ("[camera.path]\nunit = \"1 pc\"", two.clone(), &["unit", "requires a file"]),
+        ("[camera.path]\nunit = \"1 pc\"", two.clone(), &["unit", "requires file"]),
         ("[camera.path]\nfile = \"a.csv\"", two.clone(), &["file"]),
         ("[camera.path]\nfile = \"missing.csv\"", String::new(), &["missing.csv"]),
         (still, track("star[1].temperature", times, values), &["star[1] does not exist", "test.toml:19"]),

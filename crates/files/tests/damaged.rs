@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use allocated::most_allocated;
 use barnard::blocks::{Blocking, Storage};
 use barnard::data::{Layout, Part};
+use barnard::properties::Choices;
 use barnard_files::formats::{members, read_array, read_image};
 
 /// One target at a time, so that what is allocated is its own.
@@ -95,7 +96,7 @@ fn read(path: &Path, bytes: &[u8], names: &[&str], random: &mut Random) {
     let parts = [None, Some(names[random.below(names.len())])];
     for name in parts {
         let (coarse, cut) = (1 + random.below(3), random.below(4));
-        let storage = Storage::ALL[random.below(3)].1;
+        let storage = Storage::ROWS[random.below(3)].1;
         let turned = random.below(2) == 0;
         let blocking = Blocking {
             axes: if turned { [2, 0, 1] } else { [0, 1, 2] },

@@ -80,7 +80,7 @@ fn maps_are_cut_and_made_coarse() {
         ("memory = \"5 B\"", "no array fits"),
         ("memory = \"5\"", "has no unit"),
         ("memory = \"5 KiB\"\nevery = 2", "exclude each other"),
-        ("unit = \"mag/pc\"", "remove unit"),
+        ("unit = \"mag/pc\"", "unit and preset exclude each other"),
         ("preset = \"edenhofer\"", "edenhofer24"),
     ] {
         let message = if keys.starts_with("preset") { density("mean_and_std_xyz.fits", keys) } else { of(keys) };

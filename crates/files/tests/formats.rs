@@ -190,7 +190,7 @@ fn layers_are_channels_of_exr_files() {
     let mut written = layered();
     written.display.white = barnard::image::Level::Radiance(1.5e-6);
     written.display.palette = Palette { columns: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
-    for (_, compression) in barnard::image::Compression::ROWS {
+    for (_, compression) in <barnard::image::Compression as barnard::properties::Choices>::ROWS {
         for (single, colours) in [(false, ColourSpace::Rec709), (true, ColourSpace::AcesCg)] {
             written.output = Output { single, colours, compression: *compression, ..Output::default() };
             written.save(&path).unwrap();

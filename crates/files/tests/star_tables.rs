@@ -109,7 +109,7 @@ fn mistakes_are_named() {
         ("x,y,z,x\n0,0,0,0\n", "", &["two columns \"x\""]),
         (&format!("{head}0,0,0,5000,1\n\n0,0,nan,5000,1\n"), "", &["z = \"nan\" is not a number", "cluster.csv:4"]),
         (&format!("{head}0,0,0,5000 m,1\n"), "", &["unknown unit", "cluster.csv:2", "temperature"]),
-        (&format!("{head}0,0,0,-5000,1\n"), "", &["must be above zero", "cluster.csv:2"]),
+        (&format!("{head}0,0,0,-5000,1\n"), "", &["must be between 1 and 1e9 K", "cluster.csv:2"]),
         (&format!("{head}0,0,0,5000\n"), "", &["has 4 cells", "cluster.csv:2"]),
         (&format!("{head}0,,0,5000,1\n"), "", &["y = \"\" is not a number", "cluster.csv:2"]),
         (&format!("name,{head}\"a\nb\",0,0,0,5000,1\nc,0,0,0,-1,1\n"), "", &["quotation mark", "cluster.csv:2"]),

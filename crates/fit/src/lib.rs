@@ -14,5 +14,5 @@ pub mod solve;
 
 pub use images::{Images, Residuals};
 pub use observation::{Assumed, Data, Held, Observation, Values, planes_of};
-pub use parameter::{Parameter, parameters};
+pub use parameter::{Parameter, free_parameters};
 pub use solve::{Fitted, fit};

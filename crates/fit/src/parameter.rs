@@ -3,6 +3,7 @@
 use barnard::error::{Error, Result};
 use barnard::properties::places::{get, set};
 use barnard::properties::{Form, Table, Value};
+use barnard::scene::parameter;
 use barnard::spectra::error::nearest;
 
 /// A number of a scene that is free.
@@ -16,17 +17,34 @@ pub struct Parameter {
     pub prior: Option<(f64, f64)>,
 }
 
-/// What a text such as "star.0.luminosity, star.0.temperature=5000..30000, dust.scale~4+-0.5" says: places of keys, each with what it may
-/// be and a prior where one is known, in the units in which the scene says them.
+/// Ranges of keys that are wider than this times the start value do not bound a fit from above.
+const NARROW: f64 = 100.0;
+
+/// Free parameters of a scene from a text such as "star\[0\].luminosity, star\[0\].temperature=5000..30000, dust.scale~4+-0.5": keys with
+/// bounds and priors in the units of the scene. Bounds are narrowed to the ranges of the keys.
 ///
 /// # Errors
-/// If a part of it says something else, or a key stands there twice.
-pub fn parameters(text: &str) -> Result<Vec<Parameter>> {
-    let parameters: Vec<Parameter> = text.split(',').map(|part| part.trim().parse()).collect::<Result<_>>()?;
+/// If a part has another form, or a key is listed twice.
+pub fn free_parameters(text: &str, tree: &Table) -> Result<Vec<Parameter>> {
+    let parameter = |part: &str| part.trim().parse::<Parameter>().map(|parameter| parameter.narrowed(tree));
+    let parameters: Vec<Parameter> = text.split(',').map(parameter).collect::<Result<_>>()?;
     if let Some(twice) = parameters.iter().enumerate().find(|(i, own)| parameters[..*i].iter().any(|other| other.key == own.key)) {
         return Err(Error::conflict(format!("free parameter {} is listed twice", twice.1.key), "list each key once"));
     }
     Ok(parameters)
+}
+
+impl Parameter {
+    /// The parameter with bounds within the range of its key.
+    fn narrowed(mut self, tree: &Table) -> Self {
+        let known = parameter(tree, &self.key);
+        let Some((known, start)) = known.and_then(|known| Some((known.range(), *known.numbers()?.0.first()?))) else { return self };
+        let (low, high) = known;
+        let is_narrow = self.bounds.1.is_finite() || high - low <= NARROW * start.abs();
+        self.bounds.0 = self.bounds.0.max(low);
+        self.bounds.1 = if is_narrow { self.bounds.1.min(high) } else { self.bounds.1 };
+        self
+    }
 }
 
 impl std::str::FromStr for Parameter {
@@ -109,12 +127,22 @@ mod tests {
 
     #[test]
     fn texts_are_read() {
-        let all = parameters("star.0.luminosity, star.0.temperature=5000..30000,dust.scale=0..~4+-0.5").unwrap();
+        let free = |text: &str| free_parameters(text, &Table::default());
+        let all = free("star.0.luminosity, star.0.temperature=5000..30000,dust.scale=0..~4+-0.5").unwrap();
         let keys: Vec<&str> = all.iter().map(|own| own.key.as_str()).collect();
         assert_eq!(keys, ["star.0.luminosity", "star.0.temperature", "dust.scale"]);
         assert_eq!((all[1].bounds, all[2].bounds.0, all[2].prior), ((5000.0, 30000.0), 0.0, Some((4.0, 0.5))));
+        // The range of a key bounds it: an albedo lies between 0 and 1, a temperature above zero.
+        let mut dust = Table::default();
+        dust.insert("albedo", Value::Number(0.5));
+        dust.insert("scale", Value::Text("4 mag/pc".into()));
+        let mut tree = Table::default();
+        tree.insert("dust", Value::Table(dust));
+        let bounds: Vec<_> = free_parameters("dust.albedo, dust.scale", &tree).unwrap().iter().map(|own| own.bounds).collect();
+        assert_eq!(bounds, [(0.0, 1.0), (0.0, f64::INFINITY)]);
+        assert_eq!(free_parameters("dust.albedo=0.2..7", &tree).unwrap()[0].bounds, (0.2, 1.0));
         for wrong in ["", "a=1", "a=2..1", "a~3", "a~3+-0", "a~x+-1", "a,a", "=1..2", "a=1..nan"] {
-            assert!(parameters(wrong).unwrap_err().to_string().contains("free parameter"), "{wrong}");
+            assert!(free(wrong).unwrap_err().to_string().contains("free parameter"), "{wrong}");
         }
     }
 }

@@ -8,7 +8,7 @@ use barnard::properties::Table;
 use barnard::scene::Scene;
 use barnard::{Control, Image, Options, Result};
 use barnard_files::{SaveImage, SceneFile};
-use barnard_fit::{Fitted, Images, Observation, fit, parameters};
+use barnard_fit::{Fitted, Images, Observation, fit, free_parameters};
 use rayon::prelude::*;
 
 const FREE: &str =
@@ -124,7 +124,7 @@ fn record(exposures: &Exposures, seed: u64, path: &Path) {
 }
 
 fn fitted(file: &SceneFile, observations: &[Observation], free: &str) -> Result<(Fitted, Images)> {
-    let (free, control) = (parameters(free)?, Control::default());
+    let (free, control) = (free_parameters(free, file.tree())?, Control::default());
     let (mut images, data, start) =
         Images::new(file.tree().clone(), file.loader().clone(), observations, &free, Options::default(), &control)?;
     let found = fit(&mut images, &data, &free, &start, &control)?;

@@ -1,9 +1,10 @@
 //! Fits of numbers whose answers are known.
 
+use barnard::properties::Table;
 use barnard::random::Counter;
 use barnard::{Control, Result};
 use barnard_fit::solve::{Fitted, Measured, Model, Prediction, fit};
-use barnard_fit::{Parameter, parameters};
+use barnard_fit::{Parameter, free_parameters};
 
 /// y = a e^(−x/t) + b + c x at 400 places; `knows` is what it says of its noise.
 struct Decay {
@@ -53,7 +54,7 @@ fn drawn(seed: u64, sigma: impl Fn(f64) -> f64) -> Measured {
 }
 
 fn free(text: &str) -> Vec<Parameter> {
-    parameters(text).unwrap()
+    free_parameters(text, &Table::default()).unwrap()
 }
 
 fn fitted(data: &Measured, parameters: &[Parameter], start: &[f64], knows: Option<fn(f64) -> f64>) -> Result<Fitted> {

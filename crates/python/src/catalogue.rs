@@ -1,26 +1,59 @@
 //! Rows: what scenes may hold, and the names that they choose from.
 
-use barnard::properties::Key;
+use barnard::properties::{KeyRow, Type};
 use barnard::scene::schema::TABLES;
 use barnard_cli::backends::registry;
 use barnard_files::builtin;
 use barnard_files::catalogue::{CATALOGUES, Catalogue};
 use pyo3::prelude::*;
+use spectra::units::{Length, Quantity};
 
 use crate::error::raised;
 
-/// A key: name, what its value is, default or none where it is required, what it means.
-type KeyRow = (&'static str, &'static str, Option<&'static str>, &'static str);
+/// A key of a table.
+#[derive(IntoPyObject)]
+pub struct Key {
+    name: &'static str,
+    summary: &'static str,
+    /// Type in words, and with range or choices.
+    value: String,
+    words: String,
+    /// Quantities that the value is one of.
+    quantities: Vec<&'static str>,
+    /// Texts that the value is one of.
+    choices: Vec<&'static str>,
+    is_required: bool,
+    /// Default, or what determines it, in words.
+    default: Option<String>,
+    /// Condition under which it is required, in words.
+    condition: Option<String>,
+}
 
-fn keys(keys: &'static [Key]) -> Vec<KeyRow> {
-    keys.iter().map(|key| (key.name, key.kind, key.default, key.summary)).collect()
+fn keys(keys: &'static [KeyRow]) -> Vec<Key> {
+    let key = |key: &KeyRow| Key {
+        name: key.name,
+        summary: key.summary,
+        value: key.value.to_string(),
+        words: key.type_words(),
+        quantities: match key.value {
+            Type::Quantity(_, rows) => rows.iter().map(|row| row.name).collect(),
+            Type::Quantities(row) => vec![row.name],
+            Type::Position => vec![Length::NAME],
+            _ => Vec::new(),
+        },
+        choices: key.value.choices(),
+        is_required: key.is_required(),
+        default: key.default_words(),
+        condition: key.condition(),
+    };
+    keys.iter().map(key).collect()
 }
 
 /// A kind of a table: name, what it is, its keys.
-type KindRow = (&'static str, &'static str, Vec<KeyRow>);
+type KindRow = (&'static str, &'static str, Vec<Key>);
 
 /// A table of a scene: path, what it is, keys whatever the kind, kinds.
-type TableRow = (&'static str, &'static str, Vec<KeyRow>, Vec<KindRow>);
+type TableRow = (&'static str, &'static str, Vec<Key>, Vec<KindRow>);
 
 /// All tables of a scene.
 #[pyfunction]

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use barnard::control::Control;
 use barnard::plan::Options;
 use barnard_fit::solve::{Measured, Model, Prediction};
-use barnard_fit::{Assumed, Data, Held, Images, Observation, Parameter, Values, fit, parameters, planes_of};
+use barnard_fit::{Assumed, Data, Held, Images, Observation, Parameter, Values, fit, free_parameters, planes_of};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -89,7 +89,7 @@ pub fn fit_model(
     let observations: Vec<Observation> = images.into_iter().map(observation).collect::<PyResult<_>>()?;
     let (loader, options) = (reader.loader.clone(), Options::within(reader.loader.inputs.memory_limit));
     let (images, data, start, free) = work::run(py, progress, |control| {
-        let free = parameters(free)?;
+        let free = free_parameters(free, &table)?;
         let (images, data, start) = Images::new(table, loader, &observations, &free, options, control)?;
         Ok((images, data, start, free))
     })?;

@@ -53,6 +53,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(work::set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(tree::from_toml, module)?)?;
     module.add_function(wrap_pyfunction!(tree::to_toml, module)?)?;
+    module.add_function(wrap_pyfunction!(tree::parameters, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(plates::plates, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_model, module)?)?;

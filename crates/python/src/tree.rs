@@ -1,9 +1,9 @@
-//! Scenes as trees of Python's own values: dictionaries, lists, texts, numbers and truth values.
+//! Scenes as trees of Python's own values: dictionaries, lists, texts, numbers, truth values, and quantities as (number, unit).
 
 use barnard::properties::{Property, Table, Value};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use crate::error::raised;
 
@@ -39,6 +39,11 @@ fn value_at(key: &str, value: &Bound<PyAny>, depth: usize) -> PyResult<Value> {
         Ok(Value::Integer(number))
     } else if let Ok(number) = value.cast::<PyFloat>() {
         Ok(Value::Number(number.value()))
+    } else if let Ok(quantity) = value.cast::<PyTuple>() {
+        let unit: String = quantity.get_item(1)?.extract()?;
+        let numbers = quantity.get_item(0)?;
+        let numbers = numbers.extract::<f64>().map_or_else(|_| numbers.extract(), |number| Ok(vec![number]))?;
+        Ok(Value::Quantity(numbers, unit))
     } else if let Ok(list) = value.cast::<PyList>() {
         let item = |item: Bound<PyAny>| Ok(Property::from(value_at(key, &item, depth + 1)?));
         Ok(Value::List(list.iter().map(item).collect::<PyResult<_>>()?))
@@ -61,6 +66,10 @@ pub fn dictionary<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, Py
 fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Text(text) => PyString::new(py, text).into_any(),
+        Value::Quantity(numbers, unit) => match numbers[..] {
+            [number] => (number, unit).into_pyobject(py)?.into_any(),
+            _ => (PyTuple::new(py, numbers)?, unit).into_pyobject(py)?.into_any(),
+        },
         Value::Integer(number) => number.into_pyobject(py)?.into_any(),
         Value::Number(number) => PyFloat::new(py, *number).into_any(),
         Value::Flag(flag) => PyBool::new(py, *flag).to_owned().into_any(),
@@ -70,6 +79,37 @@ fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
         }
         Value::Table(table) => dictionary(py, table)?.into_any(),
     })
+}
+
+/// A parameter of a scene.
+#[derive(IntoPyObject)]
+pub struct Parameter<'py> {
+    path: String,
+    value: Bound<'py, PyAny>,
+    unit: String,
+    low: f64,
+    high: f64,
+    r#type: String,
+    summary: &'static str,
+    is_default: bool,
+}
+
+/// All parameters of a scene's tree.
+#[pyfunction]
+pub fn parameters<'py>(py: Python<'py>, tree: &Bound<'py, PyDict>) -> PyResult<Vec<Parameter<'py>>> {
+    let row = |parameter: barnard::scene::Parameter| {
+        let ((low, high), numbers) = (parameter.range(), parameter.numbers());
+        let (value, unit) = match numbers {
+            Some((numbers, unit)) if !unit.is_empty() => match numbers[..] {
+                [number] => (number.into_pyobject(py)?.into_any(), unit),
+                _ => (PyList::new(py, numbers)?.into_any(), unit),
+            },
+            _ => (object(py, &parameter.value)?, String::new()),
+        };
+        let (summary, is_default) = (parameter.key.summary, !parameter.is_stated);
+        Ok(Parameter { path: parameter.path, value, unit, low, high, r#type: parameter.key.type_words(), summary, is_default })
+    };
+    barnard::scene::parameters(&table(tree)?).into_iter().map(row).collect()
 }
 
 /// The tree of a scene's text; `file` is its name in messages.

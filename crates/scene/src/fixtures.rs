@@ -12,7 +12,7 @@ use crate::camera::Camera;
 use crate::data::{Array, Choose, DataSource, Inputs, Layout, NoData, Numbers, TextTable};
 use crate::error::Result;
 use crate::field::{IntoField, Sphere};
-use crate::properties::{Key, Section, Table, Value};
+use crate::properties::{KeyRow, Section, Table, Type, Value};
 use crate::scene::{Dust, Method, Scale, Scene, Star};
 
 /// The text of a scene: a cloud of dust with a star in it, 16 × 12 pixels of johnson.
@@ -97,24 +97,24 @@ impl DataSource for TestData {
 /// pc, files of tests.
 pub fn of_every_kind<K, T>(
     kinds: &[K],
-    row: impl Fn(&K) -> (&'static str, &'static [Key]),
+    row: impl Fn(&K) -> (&'static str, &'static [KeyRow]),
     text: &'static str,
     build: impl Fn(&Section, &Inputs) -> Result<T>,
 ) -> Vec<(&'static str, T)> {
     let inputs = Inputs::new(Arc::new(TestData(text)), 1 << 26);
-    let value = |key: &Key| match (key.name, key.kind) {
-        ("low", _) => "-1 -1 -1 pc",
-        ("high", _) => "1 1 1 pc",
-        (_, "length") => "0.5 pc",
-        (_, "path" | "text") => "file.csv",
+    let value = |key: &KeyRow| match (key.name, key.value) {
+        ("low", _) => Value::Text("-1 -1 -1 pc".into()),
+        ("high", _) => Value::Text("1 1 1 pc".into()),
+        (_, Type::Quantity("length", _)) => Value::Quantity(vec![0.5], "pc".into()),
+        (_, Type::Path | Type::Text) => Value::Text("file.csv".into()),
         other => panic!("no value is defined for {other:?}"),
     };
     let made = |kind: &K| {
         let (name, keys) = row(kind);
         let mut table = Table::new(None);
         table.insert("kind", Value::Text(name.into()));
-        for key in keys.iter().filter(|key| key.default.is_none() || ["low", "high"].contains(&key.name)) {
-            table.insert(key.name, Value::Text(value(key).into()));
+        for key in keys.iter().filter(|key| key.is_required() || ["low", "high"].contains(&key.name)) {
+            table.insert(key.name, value(key));
         }
         // The law of these tests brings no mean cosine of its own.
         if keys.iter().any(|key| key.name == "g") {

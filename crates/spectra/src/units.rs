@@ -29,6 +29,23 @@ pub trait Quantity: Copy + Sized {
         let (number, unit) = split(text.trim());
         let wrong = |reason: String| SpectraError::Quantity { text: text.to_owned(), quantity: Self::NAME, reason, example: Self::EXAMPLE };
         let value: f64 = number.parse().map_err(|_| wrong("it does not start with a number".into()))?;
+        Self::in_unit(value, unit).map_err(|error| match error {
+            SpectraError::Quantity { reason, .. } => wrong(reason),
+            other => other,
+        })
+    }
+
+    /// The quantity of a number in the unit called `unit`.
+    ///
+    /// # Errors
+    /// If the unit is unknown or empty, or the number is not finite.
+    fn in_unit(value: f64, unit: &str) -> Result<Self, SpectraError> {
+        let wrong = |reason: String| SpectraError::Quantity {
+            text: format!("{value} {unit}"),
+            quantity: Self::NAME,
+            reason,
+            example: Self::EXAMPLE,
+        };
         let size = Self::unit_size(unit).ok_or_else(|| {
             let known: Vec<&str> = Self::UNITS.iter().map(|(n, _)| *n).collect();
             let has = if unit.is_empty() { "it has no unit".to_owned() } else { format!("unknown unit \"{unit}\"") };
@@ -239,36 +256,51 @@ pub struct QuantityRow {
     pub units: &'static [(&'static str, f64)],
 }
 
-const fn row<Q: Quantity>() -> QuantityRow {
-    QuantityRow { name: Q::NAME, example: Q::EXAMPLE, units: Q::UNITS }
+impl QuantityRow {
+    /// The row of a quantity.
+    pub const fn of<Q: Quantity>() -> Self {
+        Self { name: Q::NAME, example: Q::EXAMPLE, units: Q::UNITS }
+    }
+
+    /// The size of the unit called `name` in the internal unit.
+    pub fn unit_size(&self, name: &str) -> Option<f64> {
+        let name = normalised(name);
+        self.units.iter().find(|(unit, _)| normalised(unit) == name).map(|(_, size)| *size)
+    }
+
+    /// A number in the internal unit, in words with the first unit.
+    pub fn words(&self, internal: f64) -> String {
+        let (unit, size) = self.units[0];
+        format!("{} {unit}", short(rounded(internal / size)))
+    }
 }
 
 /// All quantities.
 pub const QUANTITIES: &[QuantityRow] = &[
-    row::<Wavelength>(),
-    row::<Length>(),
-    row::<Angle>(),
-    row::<Temperature>(),
-    row::<Velocity>(),
-    row::<Time>(),
-    row::<Luminosity>(),
-    row::<SpectralLuminosity>(),
-    row::<Magnitude>(),
-    row::<SpectralRadiance>(),
-    row::<ExtinctionCoefficient>(),
-    row::<ExtinctionPerColumn>(),
-    row::<ExtinctionPerMass>(),
-    row::<NumberDensity>(),
-    row::<MassDensity>(),
-    row::<Emissivity>(),
-    row::<SkyDensity>(),
-    row::<Area>(),
-    row::<Charge>(),
-    row::<DarkCurrent>(),
-    row::<Gain>(),
-    row::<Counts>(),
-    row::<HitRate>(),
-    row::<MemorySize>(),
+    QuantityRow::of::<Wavelength>(),
+    QuantityRow::of::<Length>(),
+    QuantityRow::of::<Angle>(),
+    QuantityRow::of::<Temperature>(),
+    QuantityRow::of::<Velocity>(),
+    QuantityRow::of::<Time>(),
+    QuantityRow::of::<Luminosity>(),
+    QuantityRow::of::<SpectralLuminosity>(),
+    QuantityRow::of::<Magnitude>(),
+    QuantityRow::of::<SpectralRadiance>(),
+    QuantityRow::of::<ExtinctionCoefficient>(),
+    QuantityRow::of::<ExtinctionPerColumn>(),
+    QuantityRow::of::<ExtinctionPerMass>(),
+    QuantityRow::of::<NumberDensity>(),
+    QuantityRow::of::<MassDensity>(),
+    QuantityRow::of::<Emissivity>(),
+    QuantityRow::of::<SkyDensity>(),
+    QuantityRow::of::<Area>(),
+    QuantityRow::of::<Charge>(),
+    QuantityRow::of::<DarkCurrent>(),
+    QuantityRow::of::<Gain>(),
+    QuantityRow::of::<Counts>(),
+    QuantityRow::of::<HitRate>(),
+    QuantityRow::of::<MemorySize>(),
 ];
 
 /// Splits "656.3 nm" into its number and its unit; none where there is no number.

@@ -6,7 +6,7 @@ use barnard::backend::Job;
 use barnard::control::Control;
 use barnard::plan::{Options, Plan};
 use barnard::points;
-use barnard::scene::Scene;
+use barnard::scene::{Parameter, Scene, parameters};
 use clap::Args;
 use spectra::rule::Node;
 
@@ -19,10 +19,17 @@ use crate::{counted, progress};
 pub struct Check {
     #[command(flatten)]
     scene: SceneArgs,
+    /// List the scene's parameters with value, type and range, without a plan
+    #[arg(long)]
+    parameters: bool,
 }
 
 impl Check {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        if self.parameters {
+            parameters(self.scene.open_for("cpu")?.0.tree()).iter().for_each(list);
+            return Ok(ExitCode::SUCCESS);
+        }
         let (scene, options) = self.scene.load()?;
         describe(&scene);
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue {note}"));
@@ -34,6 +41,13 @@ impl Check {
         say!("ok");
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Prints a parameter as a scene writes it, with its type.
+fn list(parameter: &Parameter) {
+    let default = if parameter.is_stated { "" } else { ", default" };
+    let stated = format!("{} = {}", parameter.path, parameter.value);
+    say!("{stated:<56} # {}{default}", parameter.key.type_words());
 }
 
 /// Optical depth at V beyond which the scale of the dust is likely to be wrong.

@@ -7,6 +7,7 @@ use anyhow::bail;
 use barnard::image::{Image, relative_rms};
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::observation::RadianceUnit;
+use barnard::properties::Choices;
 use barnard_files::formats::{UNIT_NOTE, read_image};
 use clap::Args;
 

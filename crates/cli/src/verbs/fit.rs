@@ -10,7 +10,7 @@ use barnard::properties::Table;
 use barnard_files::SaveImage;
 use barnard_files::formats::{check_replaceable, check_writable, replace};
 use barnard_fit::solve::{Model, Prediction};
-use barnard_fit::{Assumed, Data, Fitted, Images, Observation, Parameter, fit, parameters};
+use barnard_fit::{Assumed, Data, Fitted, Images, Observation, Parameter, fit, free_parameters};
 use clap::{Args, ValueEnum};
 
 use crate::progress::{self, Note};
@@ -74,7 +74,6 @@ impl Fit {
             bail!("{} --with for {} --to; give one --with per image, or none", self.with.len(), self.to.len());
         }
         self.scene.refuse_overrides("a fit reads the scene again for each evaluation")?;
-        let free = parameters(&self.free)?;
         let left = self.residual_files()?;
         for (flag, path, ending) in
             [("-o", &self.output, "json"), ("--found", &self.found, "toml"), ("--residuals", &self.residuals, "fits")]
@@ -89,6 +88,7 @@ impl Fit {
             path.iter().try_for_each(|path| check_plot(flag, path))?;
         }
         let (file, options) = self.scene.open_for("cpu")?;
+        let free = free_parameters(&self.free, file.tree())?;
         let outputs: Vec<PathBuf> =
             [&self.output, &self.found, &self.plot, &self.corner].into_iter().flatten().chain(&left).cloned().collect();
         crate::verbs::refuse_inputs(&file.scene, &outputs)?;

@@ -12,6 +12,8 @@
 //!
 //! Before the first key and behind the last one values stay as they are there.
 
+use crate::properties::Choices;
+
 /// Interpolation between keyframes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -26,32 +28,22 @@ pub enum Interpolation {
     Step,
 }
 
-/// One row of the catalogue of interpolations.
-#[derive(Debug, Clone, Copy)]
-pub struct InterpolationEntry {
-    /// The name in scenes.
-    pub name: &'static str,
-    /// Summary in one line.
-    pub summary: &'static str,
-    /// The interpolation itself.
-    pub interpolation: Interpolation,
-}
-
-/// All interpolations; the first is that of paths, the second that of all else.
-pub const INTERPOLATIONS: [InterpolationEntry; 4] = [
-    InterpolationEntry {
-        name: "catmull_rom",
-        summary: "smooth through all keys, may exceed their values",
-        interpolation: Interpolation::CatmullRom,
-    },
-    InterpolationEntry {
-        name: "bezier",
-        summary: "smooth through all keys, never exceeds their values",
-        interpolation: Interpolation::Bezier,
-    },
-    InterpolationEntry { name: "linear", summary: "linear between keys", interpolation: Interpolation::Linear },
-    InterpolationEntry { name: "step", summary: "constant until the next key", interpolation: Interpolation::Step },
+/// All interpolations, with summaries.
+pub const INTERPOLATIONS: [(&str, &str); 4] = [
+    ("catmull_rom", "smooth through all keys, may exceed their values"),
+    ("bezier", "smooth through all keys, never exceeds their values"),
+    ("linear", "linear between keys"),
+    ("step", "constant until the next key"),
 ];
+
+impl Choices for Interpolation {
+    const ROWS: &'static [(&'static str, Self)] = &[
+        (INTERPOLATIONS[0].0, Self::CatmullRom),
+        (INTERPOLATIONS[1].0, Self::Bezier),
+        (INTERPOLATIONS[2].0, Self::Linear),
+        (INTERPOLATIONS[3].0, Self::Step),
+    ];
+}
 
 /// Vectors at ascending times, and what lies between them.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,13 +137,13 @@ mod tests {
     #[test]
     fn keys_are_met() {
         let times = vec![0.0, 1.0, 1.5, 4.0];
-        for entry in INTERPOLATIONS {
-            let curve = Curve::new(times.clone(), vec![3.0, -1.0, 5.0, 2.0, 4.0, 2.5, 9.0, 0.0], entry.interpolation);
-            assert_eq!(curve.at(1.0), [5.0, 2.0], "{}", entry.name);
-            assert_eq!((curve.at(-7.0), curve.at(9.0)), (vec![3.0, -1.0], vec![9.0, 0.0]), "{}", entry.name);
-            let line = Curve::new(times.clone(), times.iter().map(|t| 2.0 - 3.0 * t).collect(), entry.interpolation);
-            let (held, straight) = (line.at(3.0)[0] == line.at(1.5)[0], (line.at(3.0)[0] + 7.0).abs() < 1e-12);
-            assert!(if entry.interpolation == Interpolation::Step { held } else { straight }, "{}", entry.name);
+        for (name, interpolation) in Interpolation::ROWS {
+            let curve = Curve::new(times.clone(), vec![3.0, -1.0, 5.0, 2.0, 4.0, 2.5, 9.0, 0.0], *interpolation);
+            assert_eq!(curve.at(1.0), [5.0, 2.0], "{name}");
+            assert_eq!((curve.at(-7.0), curve.at(9.0)), (vec![3.0, -1.0], vec![9.0, 0.0]), "{name}");
+            let line = Curve::new(times.clone(), times.iter().map(|t| 2.0 - 3.0 * t).collect(), *interpolation);
+            let (constant, straight) = (line.at(3.0)[0] == line.at(1.5)[0], (line.at(3.0)[0] + 7.0).abs() < 1e-12);
+            assert!(if *interpolation == Interpolation::Step { constant } else { straight }, "{name}");
         }
     }
 

@@ -3,30 +3,32 @@
 use std::collections::BTreeMap;
 
 use spectra::error::nearest;
-use spectra::units::{Length, QUANTITIES, Quantity, Time};
+use spectra::units::{Angle, Length, Quantity, Time};
 
+use super::path::KEY;
 use crate::data::{Inputs, TextTable};
 use crate::error::{Error, Result};
-use crate::properties::{Key, Origin, Place, Section, Value};
+use crate::properties::{Key, KeyRow, Numbers, Origin, Place, Position, Required, Section, Value};
+
+const TIME: Key<Time, Required> = Key::quantity::<Time>("time", "time of the keyframe").required();
+const POSITION: Key<Position> = Key::position("position", "position of the observer").otherwise("interpolated");
+const TARGET: Key<Position> = Key::position("target", "target of the view").otherwise("interpolated");
+const DIRECTION: Key<Numbers> =
+    Key::numbers("direction", "viewing direction, instead of a target").example("[0.0, 0.0, 1.0]").otherwise("towards the target");
+const ORIENTATION: Key<Numbers> =
+    Key::numbers("orientation", "quaternion [x, y, z, w] that rotates a camera looking along -z with y up, instead of target and up")
+        .example("[0.0, 0.0, 0.0, 1.0]")
+        .otherwise("towards the target");
+const UP: Key<Numbers> = Key::numbers("up", "up direction of the image").example("[0.0, 1.0, 0.0]").otherwise("interpolated");
+const FIELD_OF_VIEW: Key<Angle> =
+    Key::quantity::<Angle>("field_of_view", "horizontal field of view, of a perspective camera").otherwise("interpolated");
+const WIDTH: Key<Length> = Key::quantity::<Length>("width", "width of the image, of an orthographic camera").otherwise("interpolated");
+const APERTURE: Key<Angle> = Key::quantity::<Angle>("aperture", "angle across the circle, of a fisheye").otherwise("interpolated");
+const TILT: Key<Angle> = Key::quantity::<Angle>("tilt", "tilt of a fisheye's centre from up towards the target").otherwise("interpolated");
 
 /// Keys of `[[camera.path.key]]`: what is the camera's whatever its kind, and the numbers of all kinds.
-pub(crate) const KEYFRAME: &[Key] = &[
-    Key::required("time", "time", "time of the keyframe"),
-    Key::optional("position", "position", "interpolated", "position of the observer"),
-    Key::optional("target", "position", "interpolated", "target of the view"),
-    Key::optional("direction", "direction", "towards the target", "viewing direction, instead of a target"),
-    Key::optional(
-        "orientation",
-        "list of numbers",
-        "towards the target",
-        "quaternion [x, y, z, w] that rotates a camera looking along -z with y up, instead of target and up",
-    ),
-    Key::optional("up", "direction", "interpolated", "up direction of the image"),
-    Key::optional("field_of_view", "angle", "interpolated", "horizontal field of view, of a perspective camera"),
-    Key::optional("width", "length", "interpolated", "width of the image, of an orthographic camera"),
-    Key::optional("aperture", "angle", "interpolated", "angle across the circle, of a fisheye"),
-    Key::optional("tilt", "angle", "interpolated", "tilt of a fisheye's centre from up towards the target"),
-];
+pub(crate) const KEYFRAME: &[KeyRow] =
+    &[TIME.row, POSITION.row, TARGET.row, DIRECTION.row, ORIENTATION.row, UP.row, FIELD_OF_VIEW.row, WIDTH.row, APERTURE.row, TILT.row];
 
 /// Most keyframes of a file: ten hours at 30 a second.
 const MAX_ROWS: usize = 1 << 20;
@@ -39,16 +41,32 @@ pub(super) struct Vector {
     columns: &'static [&'static str],
     /// True if it is a place, with a unit of length.
     is_place: bool,
+    /// Components of the vector in a keyframe.
+    read: fn(&Section) -> Result<Option<Vec<f64>>>,
 }
 
 /// Vectors of a keyframe.
 pub(super) const VECTORS: [Vector; 5] = [
-    Vector { name: "position", columns: &["x", "y", "z"], is_place: true },
-    Vector { name: "target", columns: &["target_x", "target_y", "target_z"], is_place: true },
-    Vector { name: "direction", columns: &["direction_x", "direction_y", "direction_z"], is_place: false },
-    Vector { name: "up", columns: &["up_x", "up_y", "up_z"], is_place: false },
-    Vector { name: "orientation", columns: &["orientation_x", "orientation_y", "orientation_z", "orientation_w"], is_place: false },
+    Vector { name: POSITION.row.name, columns: &["x", "y", "z"], is_place: true, read: |key| place(key, &POSITION) },
+    Vector { name: TARGET.row.name, columns: &["target_x", "target_y", "target_z"], is_place: true, read: |key| place(key, &TARGET) },
+    Vector {
+        name: DIRECTION.row.name,
+        columns: &["direction_x", "direction_y", "direction_z"],
+        is_place: false,
+        read: |key| key.read(&DIRECTION),
+    },
+    Vector { name: UP.row.name, columns: &["up_x", "up_y", "up_z"], is_place: false, read: |key| key.read(&UP) },
+    Vector {
+        name: ORIENTATION.row.name,
+        columns: &["orientation_x", "orientation_y", "orientation_z", "orientation_w"],
+        is_place: false,
+        read: |key| key.read(&ORIENTATION),
+    },
 ];
+
+fn place(section: &Section, key: &Key<Position>) -> Result<Option<Vec<f64>>> {
+    Ok(section.read(key)?.map(|place| place.to_array().to_vec()))
+}
 
 /// Those of which a camera follows one.
 const LOOKS: [&str; 3] = ["target", "direction", "orientation"];
@@ -68,29 +86,24 @@ pub(super) struct Keyframes {
 }
 
 /// Scalar camera parameters: the numbers that some kind of camera has.
-fn of_camera() -> impl Iterator<Item = &'static Key> {
-    KEYFRAME.iter().filter(|key| key.name != TIME && VECTORS.iter().all(|vector| vector.name != key.name))
+fn of_camera() -> impl Iterator<Item = &'static KeyRow> {
+    KEYFRAME.iter().filter(|key| key.name != TIME.row.name && VECTORS.iter().all(|vector| vector.name != key.name))
 }
-
-const TIME: &str = "time";
 
 impl Keyframes {
     /// Those of the tables `[[camera.path.key]]`.
     pub fn of_tables(section: &Section) -> Result<Self> {
         let own: Vec<&str> = VECTORS.iter().map(|vector| vector.name).collect();
-        let known: Vec<&str> = KEYFRAME.iter().map(|key| key.name).collect();
         let mut keyframes = Self::default();
-        for key in section.tables("key")? {
-            key.check_keys(&known)?;
-            let time = key.need::<Time>("time")?.0;
-            keyframes.begin(time).map_err(|message| key.error("time", message))?;
+        for key in section.read(&KEY)?.unwrap_or_default() {
+            key.check(KEYFRAME)?;
+            let time = key.read(&TIME)?.0;
+            keyframes.begin(time).map_err(|message| key.error(&TIME, message))?;
             for vector in &VECTORS {
-                let values =
-                    if vector.is_place { key.position(vector.name)?.map(|p| p.to_array().to_vec()) } else { key.numbers(vector.name)? };
-                let Some(values) = values else { continue };
+                let Some(values) = (vector.read)(&key)? else { continue };
                 keyframes.add(vector, &values).map_err(|message| key.error(vector.name, message))?;
             }
-            for (name, property) in key.properties().iter().filter(|(name, _)| *name != "time" && !own.contains(name)) {
+            for (name, property) in key.properties().iter().filter(|(name, _)| *name != TIME.row.name && !own.contains(name)) {
                 keyframes.others.entry(name.to_owned()).or_default().push((time, property.value.clone()));
             }
         }
@@ -116,8 +129,11 @@ impl Keyframes {
                 keyframes.add(vector, &values).map_err(|message| columns.wrong(*line, vector.name, message))?;
             }
             for (key, column) in columns.others.iter().filter(|(_, column)| !columns.is_empty(cells, column)) {
-                let words = format!("{:?} {}", number(column)?, column.unit.as_deref().or(usual_unit(key)).unwrap_or(""));
-                keyframes.others.entry(key.name.to_owned()).or_default().push((time, Value::Text(words)));
+                let value = match column.unit.as_deref().or(usual_unit(key)) {
+                    Some(unit) => Value::Quantity(vec![number(column)?], unit.to_owned()),
+                    None => Value::Number(number(column)?),
+                };
+                keyframes.others.entry(key.name.to_owned()).or_default().push((time, value));
             }
         }
         keyframes.finished().map_err(|message| section.error("file", message))
@@ -192,7 +208,7 @@ struct Columns {
     file: String,
     time: Column,
     vectors: Vec<(&'static Vector, Vec<Column>)>,
-    others: Vec<(&'static Key, Column)>,
+    others: Vec<(&'static KeyRow, Column)>,
 }
 
 impl Columns {
@@ -234,7 +250,7 @@ impl Columns {
         }
         let mut others = Vec::new();
         for key in of_camera() {
-            if let Some(column) = column(key.name).filter(|_| !others.iter().any(|(own, _): &(&Key, Column)| own.name == key.name)) {
+            if let Some(column) = column(key.name).filter(|_| !others.iter().any(|(own, _): &(&KeyRow, Column)| own.name == key.name)) {
                 others.push((key, column));
             }
         }
@@ -281,8 +297,8 @@ fn wrong(file: &str, line: usize, key: &str, message: String) -> Error {
 }
 
 /// The unit in which numbers of a key stand in a file that says none.
-fn usual_unit(key: &Key) -> Option<&'static str> {
-    QUANTITIES.iter().find(|quantity| quantity.name == key.kind).and_then(|quantity| quantity.units.first()).map(|(unit, _)| *unit)
+fn usual_unit(key: &KeyRow) -> Option<&'static str> {
+    key.value.quantity().map(|quantity| quantity.units[0].0)
 }
 
 #[cfg(test)]
@@ -293,10 +309,10 @@ mod tests {
     /// Every number that a kind of camera has can stand in a keyframe, as the same quantity.
     #[test]
     fn all_numbers_of_cameras_have_keys() {
-        let keys: Vec<&Key> = KINDS.iter().flat_map(|kind| kind.keys).collect();
+        let keys: Vec<&KeyRow> = KINDS.iter().flat_map(|kind| kind.keys).collect();
         assert!(keys.len() >= 4);
         for key in keys {
-            assert!(of_camera().any(|own| own.name == key.name && own.kind == key.kind), "{}", key.name);
+            assert!(of_camera().any(|own| own.name == key.name && own.value.to_string() == key.value.to_string()), "{}", key.name);
         }
     }
 }

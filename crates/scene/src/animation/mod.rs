@@ -9,12 +9,13 @@ mod keyframes;
 mod path;
 mod track;
 
+use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use spectra::units::{Angle, Quantity, Time};
+use spectra::units::{Angle, Time};
 
-pub use curve::{INTERPOLATIONS, InterpolationEntry};
+pub use curve::INTERPOLATIONS;
 pub(crate) use keyframes::KEYFRAME as PATH_KEYFRAME;
 pub(crate) use path::KEYS as PATH;
 pub use track::Track;
@@ -26,29 +27,55 @@ use crate::error::{Error, Result};
 use crate::image::{Image, Moment};
 use crate::keywords::{self, Keyword};
 use crate::properties::places::set;
-use crate::properties::{Key, Property, Section, Table, Value};
+use crate::properties::{
+    Choice, Entry, Integer, Key, KeyRow, Number, OrDefault, Property, Quantities, Required, Section, Table, Text, Type, Value, ValueRef,
+    ValueType,
+};
 
 /// Reads a file of a camera's path as `[camera.path]` does.
 pub(crate) fn check_path(section: &Section, inputs: &Inputs) -> Result<()> {
     CameraPath::build(section, "perspective", inputs).map(|_| ())
 }
 
+/// List of values of any type.
+enum Values {}
+
+impl ValueType for Values {
+    const TYPE: Type = Type::Other("list of values");
+    type Value<'a> = &'a [Property];
+    fn read<'a>(entry: &Entry<'a, '_>) -> Result<&'a [Property]> {
+        match entry.value {
+            ValueRef::Given(Value::List(items)) => Ok(items),
+            _ => Err(entry.error("values must be a list, such as [\"5000 K\", \"9000 K\"]")),
+        }
+    }
+}
+
+const OF: Key<Text, Required> =
+    Key::text("of", "animated key, such as \"star[0].temperature\" (of the first star) or \"display.white\"").required();
+const TIMES: Key<Quantities<Time>, Required> =
+    Key::quantities("times", "ascending times of `values`").required().example("[\"0 s\", \"4 s\"]");
+const VALUES: Key<Values, Required> = Key::<Values>::new("values", "values at these times, written like the key itself, all in one unit")
+    .required()
+    .example("[\"5000 K\", \"9000 K\"]");
+const INTERPOLATION: Key<Choice<Interpolation>, OrDefault> =
+    Key::choice("interpolation", "interpolation between values").default("bezier").of("interpolations");
+const FRAMES_PER_SECOND: Key<Number, OrDefault> =
+    Key::number("frames_per_second", "frames per second").positive().at_most(FASTEST).default(30.0);
+const FIRST_FRAME: Key<Integer<i64>, OrDefault> =
+    Key::integer("first_frame", "number of the frame at 0 s").range(-1_000_000_000..=1_000_000_000).default(1);
+const DURATION: Key<Time> = Key::quantity::<Time>("duration", "time from the first frame to the last").otherwise("until the last key");
+const SHUTTER: Key<Angle, OrDefault> = Key::quantity::<Angle>("shutter", "shutter angle for motion blur; 360 deg is the whole frame time")
+    .range(0.0..=TAU * (1.0 + 1e-12))
+    .default("0 deg");
+const SHUTTER_MOMENTS: Key<Integer<usize>, OrDefault> =
+    Key::integer("shutter_moments", "number of moments averaged per frame with motion blur").range(2..=256).default(8);
+
 /// Keys of `[[animation]]`.
-pub(crate) const TRACK: &[Key] = &[
-    Key::required("of", "text", "animated key, such as \"star[0].temperature\" (of the first star) or \"display.white\""),
-    Key::required("times", "list of times", "ascending times of `values`, such as [\"0 s\", \"4 s\"]"),
-    Key::required("values", "list of values", "values at these times, written like the key itself, all in one unit"),
-    Key::optional("interpolation", "text", "bezier", "interpolation between values").of("interpolations"),
-];
+pub(crate) const TRACK: &[KeyRow] = &[OF.row, TIMES.row, VALUES.row, INTERPOLATION.row];
 
 /// Keys of `[sequence]`.
-pub(crate) const SEQUENCE: &[Key] = &[
-    Key::optional("frames_per_second", "number", "30", "frames per second"),
-    Key::optional("first_frame", "integer", "1", "number of the frame at 0 s"),
-    Key::optional("duration", "time", "until the last key", "time from the first frame to the last"),
-    Key::optional("shutter", "angle", "0 deg", "shutter angle for motion blur; 360 deg is the whole frame time"),
-    Key::optional("shutter_moments", "integer", "8", "number of moments averaged per frame with motion blur, 2 to 256"),
-];
+pub(crate) const SEQUENCE: &[KeyRow] = &[FRAMES_PER_SECOND.row, FIRST_FRAME.row, DURATION.row, SHUTTER.row, SHUTTER_MOMENTS.row];
 
 /// Scene keys of an [`Animation`](Timeline).
 const TABLES: [&str; 2] = ["animation", "sequence"];
@@ -121,9 +148,9 @@ impl Timeline {
     /// If a key is unknown, missing or wrong, or a file cannot be read; its place is said.
     pub(crate) fn build(root: &Section, inputs: &Inputs) -> Result<Option<Self>> {
         let camera = root.table("camera")?;
-        let kind = camera.as_ref().map(|camera| camera.text("kind")).transpose()?.flatten().unwrap_or_default();
+        let kind = camera.as_ref().and_then(Section::kind).unwrap_or_default();
         let path = camera.as_ref().map(|camera| camera.table("path")).transpose()?.flatten();
-        if path.is_none() && TABLES.iter().all(|name| !root.has(name)) {
+        if path.is_none() && TABLES.iter().all(|name| !root.has(*name)) {
             return Ok(None);
         }
         let path = path.map(|section| CameraPath::build(&section, kind, inputs)).transpose()?;
@@ -184,36 +211,27 @@ fn wrong(number: usize, said: &Property, message: String) -> Error {
 
 /// Reads `[[animation]]`.
 fn track(section: &Section) -> Result<(String, Track, Property)> {
-    section.check_keys(&TRACK.iter().map(|k| k.name).collect::<Vec<_>>())?;
-    let of = section.need_text("of")?;
+    section.check(TRACK)?;
+    let of = section.read(&OF)?;
     if TABLES.iter().any(|own| of == *own || of.starts_with(&format!("{own}.")) || of.starts_with(&format!("{own}[")))
         || of.starts_with("camera.path")
     {
-        return Err(section.error("of", format!("\"{of}\" defines the animation and cannot be animated")));
+        return Err(section.error(&OF, format!("\"{of}\" defines the animation and cannot be animated")));
     }
-    let missing = |key: &str, example: &str| section.error(key, format!("key \"{key}\" is required; write it like {key} = {example}"));
-    let times = section.texts("times")?.ok_or_else(|| missing("times", "[\"0 s\", \"4 s\"]"))?;
-    let values = match section.properties().get("values").map(|property| &property.value) {
-        Some(Value::List(items)) => items,
-        Some(_) => return Err(section.error("values", "values must be a list, such as [\"5000 K\", \"9000 K\"]")),
-        None => return Err(missing("values", "[\"5000 K\", \"9000 K\"]")),
-    };
+    let (times, values) = (section.read(&TIMES)?, section.read(&VALUES)?);
     if times.len() != values.len() || times.is_empty() {
         let message = format!("{} times have {} values; give one value per time", times.len(), values.len());
-        return Err(section.error("values", message));
+        return Err(section.error(&VALUES, message));
     }
     let mut keys: Vec<(f64, Value)> = Vec::new();
     for (time, value) in times.iter().zip(values) {
-        let moment = section.wrap("times", Time::parse(time))?.0;
+        let moment = time.0;
         if moment < 0.0 || keys.last().is_some_and(|(before, _)| moment <= *before) {
-            return Err(section.error("times", format!("{time} is not later than the previous time; times must ascend from 0 s or later")));
+            return Err(section.error(&TIMES, format!("{time} is not later than the previous time; times must ascend from 0 s or later")));
         }
         keys.push((moment, value.value.clone()));
     }
-    let names = INTERPOLATIONS.map(|entry| entry.name);
-    let chosen = section.choice("interpolation", &names)?;
-    let interpolation = INTERPOLATIONS.iter().find(|e| Some(e.name) == chosen).map_or(Interpolation::Bezier, |e| e.interpolation);
-    let track = Track::new(keys, interpolation).map_err(|message| section.error("values", message))?;
+    let track = Track::new(keys, section.read(&INTERPOLATION)?).map_err(|message| section.error(&VALUES, message))?;
     let said = section.properties().get("of").cloned().unwrap_or(Property { value: Value::Flag(true), origin: None });
     Ok((of.to_owned(), track, said))
 }
@@ -223,16 +241,10 @@ fn frames(section: Option<&Section>, end: f64) -> Result<Frames> {
     let nothing = Table::default();
     let own = Section::new(&nothing, "sequence");
     let section = section.unwrap_or(&own);
-    section.check_keys(&SEQUENCE.iter().map(|k| k.name).collect::<Vec<_>>())?;
-    let per_second = section.number("frames_per_second", 0.0..=FASTEST)?.unwrap_or(30.0);
-    if per_second <= 0.0 {
-        return Err(section.error("frames_per_second", "frames_per_second must be above zero, such as 30"));
-    }
-    let duration = section.quantity::<Time>("duration")?.map_or(end, |time| time.0);
-    let shutter = section.quantity::<Angle>("shutter")?.map_or(0.0, |angle| angle.0 / std::f64::consts::TAU);
-    if !(0.0..=1.0 + 1e-12).contains(&shutter) {
-        return Err(section.error("shutter", "a shutter angle must be between 0 and 360 deg"));
-    }
+    section.check(SEQUENCE)?;
+    let per_second = section.read(&FRAMES_PER_SECOND)?;
+    let duration = section.read(&DURATION)?.map_or(end, |time| time.0);
+    let shutter = section.read(&SHUTTER)?.0 / TAU;
     // Rounding does not take the last frame away.
     let count = (duration * per_second + 1e-6).floor() + 1.0;
     if !(1.0..=MOST_FRAMES).contains(&count) {
@@ -243,9 +255,9 @@ fn frames(section: Option<&Section>, end: f64) -> Result<Frames> {
     }
     Ok(Frames {
         per_second,
-        first: section.integer("first_frame", -1_000_000_000..=1_000_000_000)?.unwrap_or(1),
+        first: section.read(&FIRST_FRAME)?,
         count: count as u64,
         shutter: shutter.min(1.0),
-        moments: section.integer("shutter_moments", 2..=256)?.unwrap_or(8) as usize,
+        moments: section.read(&SHUTTER_MOMENTS)?,
     })
 }

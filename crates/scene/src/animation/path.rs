@@ -8,28 +8,32 @@
 use glam::{DQuat, DVec3};
 use spectra::units::{Length, Time};
 
-use super::curve::{Curve, INTERPOLATIONS, Interpolation};
+use super::curve::{Curve, Interpolation};
 use super::keyframes::Keyframes;
 use super::track::Track;
-use crate::camera::KINDS;
+use crate::camera::{KINDS, POSITION, TARGET};
 use crate::data::{InputNote, Inputs};
 use crate::error::Result;
-use crate::properties::{Key, Property, Section, Table, Value};
+use crate::properties::{Choice, Flag, Key, KeyRow, OrDefault, Path, Property, Section, Table, Tables, Value};
+
+pub(super) const KEY: Key<Tables> = Key::tables("key", "two or more keyframes, [[camera.path.key]], unless a file is given");
+const FILE: Key<Path> =
+    Key::path("file", "file of keyframes: CSV, Gaia Sky camera path (.gsc), or the first animated camera of a glTF (.gltf, .glb)")
+        .excludes("key");
+const UNIT: Key<Length, OrDefault> =
+    Key::quantity::<Length>("unit", "unit of length of a .gltf or .glb, and of CSV columns without a unit")
+        .positive()
+        .default("1 pc")
+        .needs("file");
+const INTERPOLATION: Key<Choice<Interpolation>, OrDefault> =
+    Key::choice("interpolation", "interpolation between keyframes").default("catmull_rom").of("interpolations");
+const EASE: Key<Time, OrDefault> =
+    Key::quantity::<Time>("ease", "time to accelerate from rest at the beginning, and to decelerate at the end").default("0 s");
+const CONSTANT_SPEED: Key<Flag, OrDefault> =
+    Key::flag("constant_speed", "constant speed; only the times of the first and last key are used").default(false);
 
 /// Keys of `[camera.path]`.
-pub(crate) const KEYS: &[Key] = &[
-    Key::optional("key", "list of tables", "none", "two or more keyframes, [[camera.path.key]], unless a file is given"),
-    Key::optional(
-        "file",
-        "path",
-        "none",
-        "file of keyframes: CSV, Gaia Sky camera path (.gsc), or the first animated camera of a glTF (.gltf, .glb)",
-    ),
-    Key::optional("unit", "length", "1 pc", "unit of length of a .gltf or .glb, and of CSV columns without a unit"),
-    Key::optional("interpolation", "text", "catmull_rom", "interpolation between keyframes").of("interpolations"),
-    Key::optional("ease", "time", "0 s", "time to accelerate from rest at the beginning, and to decelerate at the end"),
-    Key::optional("constant_speed", "boolean", "false", "constant speed; only the times of the first and last key are used"),
-];
+pub(crate) const KEYS: &[KeyRow] = &[KEY.row, FILE.row, UNIT.row, INTERPOLATION.row, EASE.row, CONSTANT_SPEED.row];
 
 /// Parts of the way between two keys by which its length is measured.
 const LENGTH_PARTS: usize = 256;
@@ -58,25 +62,19 @@ fn names_of(vectors: &[(&'static str, Curve)], others: &[(String, Track)]) -> St
 impl CameraPath {
     /// Reads `[camera.path]` of a camera of a kind.
     pub fn build(section: &Section, kind: &str, inputs: &Inputs) -> Result<Self> {
-        section.check_keys(&KEYS.iter().map(|k| k.name).collect::<Vec<_>>())?;
-        let names = INTERPOLATIONS.map(|entry| entry.name);
-        let chosen = section.choice("interpolation", &names)?.unwrap_or(names[0]);
-        let interpolation = INTERPOLATIONS.iter().find(|e| e.name == chosen).map_or(Interpolation::CatmullRom, |e| e.interpolation);
-        let keyframes = match (section.text("file")?, section.has("key")) {
-            (Some(_), true) => return Err(section.error("file", "file and keys exclude each other; remove one")),
-            (Some(file), false) => {
-                let unit_pc = section.positive::<Length>("unit")?.map_or(1.0, |unit| unit.0);
+        section.check(KEYS)?;
+        let interpolation = section.read(&INTERPOLATION)?;
+        let keyframes = match section.read(&FILE)? {
+            Some(file) => {
+                let unit_pc = section.read(&UNIT)?.0;
                 Keyframes::of_file(section, file, unit_pc, inputs)?
             }
-            (None, _) => {
-                section.refuse(&["unit"], "a file")?;
-                Keyframes::of_tables(section)?
-            }
+            None => Keyframes::of_tables(section)?,
         };
         let Keyframes { times, vectors, others } = keyframes;
         let (Some(first), Some(last)) = (times.first().copied(), times.last().copied().filter(|_| times.len() > 1)) else {
             let has = if times.is_empty() { "no keys" } else { "one key" };
-            return Err(section.error("key", format!("the path has {has}; give two or more [[camera.path.key]], or a file")));
+            return Err(section.error(&KEY, format!("the path has {has}; give two or more [[camera.path.key]], or a file")));
         };
         let vectors: Vec<(&'static str, Curve)> =
             vectors.into_iter().map(|(name, (times, values))| (name, Curve::new(times, values, interpolation))).collect();
@@ -84,24 +82,24 @@ impl CameraPath {
             let owners: Vec<&str> = KINDS.iter().filter(|own| own.keys.iter().any(|key| key.name == name)).map(|own| own.name).collect();
             if !owners.contains(&kind) {
                 let message = format!("\"{name}\" requires kind {}, but this camera is {kind}; remove it", owners.join(" or "));
-                return Err(section.error("key", message));
+                return Err(section.error(&KEY, message));
             }
-            Ok((name.clone(), Track::new(keys, interpolation).map_err(|e| section.error("key", format!("{name}: {e}")))?))
+            Ok((name.clone(), Track::new(keys, interpolation).map_err(|e| section.error(&KEY, format!("{name}: {e}")))?))
         };
         let others: Vec<(String, Track)> = others.into_iter().map(track).collect::<Result<_>>()?;
-        let ease = section.quantity::<Time>("ease")?.map_or(0.0, |time| time.0);
+        let ease = section.read(&EASE)?.0;
         if !(0.0..=0.5 * (last - first)).contains(&ease) {
             let message = format!("an ease of {ease} s is too long for a path of {} s; use at most half of the path", last - first);
-            return Err(section.error("ease", message));
+            return Err(section.error(&EASE, message));
         }
-        if let Some(file) = section.text("file")? {
+        if let Some(file) = section.read(&FILE)? {
             let text = format!("camera path: {} keys from {first} to {last} s, of {}", times.len(), names_of(&vectors, &others));
             inputs.note(InputNote { file: file.to_owned(), text, is_inferred: false });
         }
         let mut path = Self { vectors, others, span: (first, last), ease, way: None };
-        if section.flag("constant_speed")?.unwrap_or(false) {
+        if section.read(&CONSTANT_SPEED)? {
             path.way = Some(path.measured(&times).ok_or_else(|| {
-                section.error("constant_speed", "the camera does not move between its keys; remove constant_speed, or give two positions")
+                section.error(&CONSTANT_SPEED, "the camera does not move between its keys; remove constant_speed, or give two positions")
             })?);
         }
         Ok(path)
@@ -125,7 +123,7 @@ impl CameraPath {
         let said = |value| Property { value, origin: origin.clone() };
         let vector = |name: &str| self.vectors.iter().find(|(own, _)| *own == name).map(|(_, curve)| curve.at(time));
         let triple = |name: &str| vector(name).map(|v| DVec3::new(v[0], v[1], v[2]));
-        let place = |p: DVec3| Value::Text(format!("{:?} {:?} {:?} pc", p.x, p.y, p.z));
+        let place = |p: DVec3| Value::Quantity(p.to_array().to_vec(), "pc".into());
         let direction = |d: DVec3| Value::List([d.x, d.y, d.z].map(|v| Value::Number(v).into()).to_vec());
         if let Some(position) = triple("position") {
             camera.insert("position", said(place(position)));
@@ -135,7 +133,7 @@ impl CameraPath {
             // Between quaternions of length one a mean is shorter.
             let q = DQuat::from_xyzw(q[0], q[1], q[2], q[3]);
             if q.length() < 1e-6 {
-                return Err(section.error("key", "orientations of adjacent keys are opposite; insert a key between them"));
+                return Err(section.error(&KEY, "orientations of adjacent keys are opposite; insert a key between them"));
             }
             looks = Some(q.normalize() * DVec3::NEG_Z);
             camera.insert("up", said(direction(q.normalize() * DVec3::Y)));
@@ -144,11 +142,11 @@ impl CameraPath {
             camera.insert("target", said(place(target)));
         } else if let Some(looks) = looks {
             let Some(looks) = looks.try_normalize() else {
-                return Err(section.error("key", "directions of adjacent keys are opposite; insert a key between them"));
+                return Err(section.error(&KEY, "directions of adjacent keys are opposite; insert a key between them"));
             };
             // As far as the scene's own target is: what nothing else is said of stands there.
             let own = Section::new(camera, "camera");
-            let (position, before) = (own.need_position("position")?, own.position("target")?.unwrap_or(DVec3::ZERO));
+            let (position, before) = (own.read(&POSITION)?, own.read(&TARGET)?);
             let distance = position.distance(before);
             camera.insert("target", said(place(position + if distance > 0.0 { distance } else { 1.0 } * looks)));
         }

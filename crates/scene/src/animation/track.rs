@@ -96,13 +96,17 @@ mod tests {
         Value::Text(words.into())
     }
 
+    fn quantity(numbers: &[f64], unit: &str) -> Value {
+        Value::Quantity(numbers.to_vec(), unit.into())
+    }
+
     /// Numbers go from key to key in whatever form they stand; what has none holds.
     #[test]
     fn values_of_all_forms() {
         let half = |a: Value, b: Value| Track::new(vec![(0.0, a), (2.0, b)], Interpolation::Linear).map(|track| track.at(1.0));
-        assert_eq!(half(text("5000 K"), text("9000K")).unwrap(), text("7000.0 K"));
-        assert_eq!(half(text("0 0 5 pc"), text("1, -1, 2.5 pc")).unwrap(), text("0.5 -0.5 3.75 pc"));
-        assert_eq!(half(text("2 1/pc"), text("3 1/pc")).unwrap(), text("2.5 1/pc"));
+        assert_eq!(half(text("5000 K"), text("9000K")).unwrap(), quantity(&[7000.0], "K"));
+        assert_eq!(half(text("0 0 5 pc"), text("1, -1, 2.5 pc")).unwrap(), quantity(&[0.5, -0.5, 3.75], "pc"));
+        assert_eq!(half(text("2 1/pc"), text("3 1/pc")).unwrap(), quantity(&[2.5], "1/pc"));
         assert_eq!(half(Value::Integer(1), Value::Number(2.0)).unwrap(), Value::Number(1.5));
         let list = |values: [f64; 2]| Value::List(values.map(|v| Value::Number(v).into()).to_vec());
         assert_eq!(half(list([0.0, 1.0]), list([1.0, 3.0])).unwrap(), list([0.5, 2.0]));

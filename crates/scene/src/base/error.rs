@@ -161,6 +161,14 @@ pub enum Error {
 }
 
 impl Error {
+    /// The value that is out of range, by the name of its key; none for other errors.
+    pub fn subject(&self) -> Option<&'static str> {
+        match self {
+            Error::OutOfRange { what, .. } | Error::Mismatch { what, .. } => Some(what),
+            _ => None,
+        }
+    }
+
     /// An [`OutOfRange`](Self::OutOfRange) error; `allowed` follows "it must be".
     pub fn out_of_range(what: &'static str, value: impl Display, allowed: impl Into<String>) -> Self {
         Error::OutOfRange { what, value: value.to_string(), allowed: allowed.into() }

@@ -56,41 +56,32 @@ const COUNTABLE: f64 = 1e12;
 
 impl Detector {
     pub(super) fn check(&self) -> Result<()> {
-        for (what, value) in [
-            ("dark current of a detector", self.dark_current),
-            ("read noise of a detector", self.read_noise),
-            ("bias of a detector", self.bias),
-            ("cosmic rays of a detector", self.cosmic_rays),
-        ] {
+        for (what, value) in
+            [("dark_current", self.dark_current), ("read_noise", self.read_noise), ("bias", self.bias), ("cosmic_rays", self.cosmic_rays)]
+        {
             if !(0.0..=1e9).contains(&value) {
                 return Err(Error::out_of_range(what, value, "between 0 and 1e9"));
             }
         }
-        for (what, value) in
-            [("gain of a detector", self.gain), ("full well of a detector", self.full_well), ("pixel size of a detector", self.pixel_um)]
-        {
+        for (what, value) in [("gain", self.gain), ("full_well", self.full_well), ("pixel_size", self.pixel_um)] {
             if value.is_nan() || value <= 0.0 {
                 return Err(Error::out_of_range(what, value, "above zero"));
             }
         }
         if !(1..=16).contains(&self.bits) {
-            return Err(Error::out_of_range("bits of a detector", self.bits, "between 1 and 16"));
+            return Err(Error::out_of_range("bits", self.bits, "between 1 and 16"));
         }
         // Below a count of zero there is none: what reading takes away would be lost, and the mean be too large.
         if self.bias < self.least_bias() {
             let allowed = format!("at least {} ADU, so that read noise rarely gives negative counts", self.least_bias());
-            return Err(Error::out_of_range("bias of a detector", self.bias, allowed));
+            return Err(Error::out_of_range("bias", self.bias, allowed));
         }
         if self.full_well <= LEAST_WELL * self.read_noise {
-            return Err(Error::out_of_range(
-                "full well of a detector",
-                self.full_well,
-                format!("more than {LEAST_WELL} times the read noise"),
-            ));
+            return Err(Error::out_of_range("full_well", self.full_well, format!("more than {LEAST_WELL} times the read noise")));
         }
         if self.bias >= f64::from(self.largest()) {
             let allowed = format!("below the largest count of its bits, {}", self.largest());
-            return Err(Error::out_of_range("bias of a detector", self.bias, allowed));
+            return Err(Error::out_of_range("bias", self.bias, allowed));
         }
         Ok(())
     }

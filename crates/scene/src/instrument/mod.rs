@@ -159,16 +159,10 @@ impl Instrument {
     pub fn check(&self) -> Result<()> {
         let positive = "a finite number above zero";
         let numbers = [
-            ("aperture of an instrument", self.aperture_m, 0.0, f64::MAX, "a length above zero, such as \"0.2 m\""),
-            ("exposure of an instrument", self.exposure_s, 0.0, 1e9, "a time above zero and up to 1e9 s, such as \"300 s\""),
-            ("collecting area of an instrument", self.collecting_area_m2.unwrap_or(1.0), 0.0, f64::MAX, positive),
-            (
-                "pixel scale of an instrument",
-                self.pixel_rad.unwrap_or(1.0),
-                0.0,
-                std::f64::consts::PI,
-                "an angle above zero, such as \"0.4 arcsec\"",
-            ),
+            ("aperture", self.aperture_m, 0.0, f64::MAX, "a length above zero, such as \"0.2 m\""),
+            ("exposure", self.exposure_s, 0.0, 1e9, "a time above zero and up to 1e9 s, such as \"300 s\""),
+            ("collecting_area", self.collecting_area_m2.unwrap_or(1.0), 0.0, f64::MAX, positive),
+            ("pixel_scale", self.pixel_rad.unwrap_or(1.0), 0.0, std::f64::consts::PI, "an angle above zero, such as \"0.4 arcsec\""),
         ];
         for (what, value, above, most, wanted) in numbers {
             if !(value > above && value <= most && value.is_finite()) {
@@ -176,17 +170,13 @@ impl Instrument {
             }
         }
         if !(0.0..1.0).contains(&self.obstruction) {
-            return Err(Error::out_of_range(
-                "obstruction of an instrument",
-                self.obstruction,
-                "a fraction of the aperture, at least 0 and below 1",
-            ));
+            return Err(Error::out_of_range("obstruction", self.obstruction, "a fraction of the aperture, at least 0 and below 1"));
         }
         if !(self.throughput > 0.0 && self.throughput <= 1.0) {
-            return Err(Error::out_of_range("throughput of an instrument", self.throughput, "a fraction above 0 and up to 1"));
+            return Err(Error::out_of_range("throughput", self.throughput, "a fraction above 0 and up to 1"));
         }
         if !(1..=MAX_FRAMES).contains(&self.frames) {
-            return Err(Error::out_of_range("frames of an instrument", self.frames, format!("between 1 and {MAX_FRAMES}")));
+            return Err(Error::out_of_range("frames", self.frames, format!("between 1 and {MAX_FRAMES}")));
         }
         self.sky.check()?;
         self.detector.check()
@@ -224,9 +214,9 @@ mod tests {
             (Instrument { obstruction: 1.0, ..plain() }, "obstruction"),
             (Instrument { throughput: 1.5, ..plain() }, "throughput"),
             (Instrument { frames: 0, ..plain() }, "frames"),
-            (Instrument { pixel_rad: Some(-1.0), ..plain() }, "pixel scale"),
+            (Instrument { pixel_rad: Some(-1.0), ..plain() }, "pixel_scale"),
             (Instrument { detector: Detector { gain: 0.0, ..detector.clone() }, ..plain() }, "gain"),
-            (Instrument { detector: Detector { read_noise: -1.0, ..detector.clone() }, ..plain() }, "read noise"),
+            (Instrument { detector: Detector { read_noise: -1.0, ..detector.clone() }, ..plain() }, "read_noise"),
             (Instrument { detector: Detector { read_noise: 5.0, ..detector.clone() }, ..plain() }, "at least 30 ADU"),
             (Instrument { detector: Detector { bits: 40, ..detector.clone() }, ..plain() }, "bits"),
             (Instrument { sky: Sky::even(f64::NAN), ..plain() }, "sky"),

@@ -80,7 +80,7 @@ impl Sky {
             Brightness::Dark | Brightness::ByName(_) => &[],
         };
         match magnitudes.iter().find(|m| !RANGE.contains(*m)) {
-            Some(wrong) => Err(Error::out_of_range("sky of an instrument", wrong, "between -30 and 40 magnitudes per square arcsecond")),
+            Some(wrong) => Err(Error::out_of_range("sky", wrong, "between -30 and 40 magnitudes per square arcsecond")),
             None => Ok(()),
         }
     }
@@ -99,13 +99,13 @@ impl Sky {
                 _ if magnitudes.len() == count => magnitudes[number],
                 _ => {
                     let expected = format!("one magnitude for all passbands, or {count}, one for each");
-                    return Err(Error::mismatch("sky of an instrument", expected, magnitudes.len()));
+                    return Err(Error::mismatch("sky", expected, magnitudes.len()));
                 }
             },
         };
         match self.system.of(band, None)? {
             InUnit::Magnitudes { zero } => Ok(zero * 10f64.powf(-0.4 * magnitude)),
-            InUnit::Times(_) => Err(Error::mismatch("sky of an instrument", "magnitudes in AB, ST or Vega", "another unit")),
+            InUnit::Times(_) => Err(Error::mismatch("sky", "magnitudes in AB, ST or Vega", "another unit")),
         }
     }
 }

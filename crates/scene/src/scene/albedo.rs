@@ -10,7 +10,9 @@ use spectra::units::Wavelength;
 use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
-use crate::properties::{Key, Kind, Section, build_kind};
+use crate::properties::{
+    Entry, Key, Kind, Number, OrDefault, Path, Range, Required, Section, SubTable, Type, Value, ValueRef, ValueType, build_kind,
+};
 
 /// The part of extinction that is scattering, ω(λ) \[1\].
 #[derive(Debug, Clone)]
@@ -109,62 +111,87 @@ impl Albedo {
     }
 }
 
+const VALUE: Key<Number, Required> = value("the albedo");
+const VALUE_AT: Key<Number, Required> = value("albedo at the wavelength `at`");
+const SLOPE: Key<Number, OrDefault> = Key::number("slope", "change per 100 nm").range(-1.0..=1.0).default(0.0);
+const AT: Key<Wavelength, OrDefault> = Key::quantity::<Wavelength>("at", "wavelength of the value").positive().default("550 nm");
+const FILE: Key<Path, Required> = Key::path("file", "text, ECSV, VOTable or FITS table of wavelength and albedo").required();
+
 /// All kinds of albedo that a scene may name.
 pub(super) const KINDS: &[Kind<Albedo>] = &[
     Kind {
         name: "constant",
         summary: "constant over wavelength; short form: albedo = 0.6",
-        keys: &[Key::required("value", "number", "0 to 1")],
-        build: |section, _| Ok(Albedo::Constant(need_number(section, "value")?)),
+        keys: &[VALUE.row],
+        build: |section, _| Ok(Albedo::Constant(section.read(&VALUE)?)),
     },
     Kind {
         name: "linear",
         summary: "value + slope (lambda - at)/100 nm, clipped to 0 to 1",
-        keys: &[
-            Key::required("value", "number", "albedo at the wavelength `at`, 0 to 1"),
-            Key::optional("slope", "number", "0", "change per 100 nm"),
-            Key::optional("at", "wavelength", "550 nm", "wavelength of the value"),
-        ],
+        keys: &[VALUE_AT.row, SLOPE.row, AT.row],
         build: |section, _| {
-            Ok(Albedo::Linear {
-                value: need_number(section, "value")?,
-                slope: section.number("slope", -1.0..=1.0)?.unwrap_or(0.0),
-                at_um: section.positive::<Wavelength>("at")?.map_or(0.55, |l| l.0),
-            })
+            Ok(Albedo::Linear { value: section.read(&VALUE_AT)?, slope: section.read(&SLOPE)?, at_um: section.read(&AT)?.0 })
         },
     },
     Kind {
         name: "file",
         summary: "from a file of wavelength and albedo",
-        keys: &[Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and albedo"), UNIT, COLUMN],
+        keys: &[FILE.row, UNIT.row, COLUMN.row],
         build: |section, inputs| {
-            let file = section.need_text("file")?;
-            let table = curve::read(section, "file", Ordinate::Albedo, inputs)?.table;
+            let file = section.read(&FILE)?;
+            let table = curve::read(section, &FILE, Ordinate::Albedo, inputs)?.table;
             if table.y().iter().any(|v| !(0.0..=1.0).contains(v)) {
-                return Err(section.error("file", format!("{file} has albedos outside of 0 to 1")));
+                return Err(section.error(&FILE, format!("{file} has albedos outside of 0 to 1")));
             }
             Ok(table.into())
         },
     },
 ];
 
-fn need_number(section: &Section, key: &str) -> Result<f64> {
-    section.number(key, 0.0..=1.0)?.ok_or_else(|| section.error(key, format!("key \"{key}\" is missing; write it like {key} = 0.6")))
+const fn value(summary: &'static str) -> Key<Number, Required> {
+    Key::number("value", summary).range(0.0..=1.0).required().example("0.6")
+}
+
+/// The albedo of `[dust]`: a number, or a table of its own.
+pub(super) const ALBEDO: Key<NumberOrTable> = Key::<NumberOrTable>::new(
+    "albedo",
+    "scattered fraction of extinction; Milky Way laws without grains use Draine 2003 of the nearest R_V",
+)
+.otherwise("albedo of the law's grains")
+.example("0.6");
+
+/// A number from 0 to 1, or a table.
+pub(super) enum NumberOrTable {}
+
+impl ValueType for NumberOrTable {
+    const TYPE: Type = Type::Other("number or table");
+    const RANGE: Range = Range { low: 0.0, high: 1.0, ..Range::ALL };
+    type Value<'a> = NumberOr<Section<'a>>;
+    fn read<'a>(entry: &Entry<'a, '_>) -> Result<Self::Value<'a>> {
+        match entry.value {
+            ValueRef::Given(Value::Table(_)) => SubTable::read(entry).map(NumberOr::Other),
+            _ => Number::read(entry).map(NumberOr::Number),
+        }
+    }
+}
+
+/// A number or something else.
+pub(super) enum NumberOr<T> {
+    Number(f64),
+    Other(T),
 }
 
 /// A number, a table, or the law's own.
 pub(super) fn build(dust: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Albedo> {
-    if !dust.has("albedo") {
-        return match Albedo::of_law(extinction) {
+    match dust.read(&ALBEDO)? {
+        Some(NumberOr::Number(albedo)) => Ok(Albedo::Constant(albedo)),
+        Some(NumberOr::Other(section)) => build_kind("albedo", KINDS, &section, inputs),
+        None => match Albedo::of_law(extinction) {
             Albedo::Unknown => {
                 let message = "does not define an albedo; write albedo = 0.6, or use a law such as draine03_rv31";
-                Err(dust.error("albedo", format!("law \"{}\" {message}", extinction.name)))
+                Err(dust.error(&ALBEDO, format!("law \"{}\" {message}", extinction.name)))
             }
-            own => Ok(own),
-        };
-    }
-    match dust.table("albedo") {
-        Ok(Some(section)) => build_kind("albedo", KINDS, &section, inputs),
-        _ => Ok(Albedo::Constant(need_number(dust, "albedo")?)),
+            albedo => Ok(albedo),
+        },
     }
 }

@@ -7,7 +7,7 @@ use spectra::units::{SkyDensity, SpectralLuminosity, SpectralRadiance, Wavelengt
 use super::star::SPECTRA;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
-use crate::properties::{Key, Section, build_kind_with};
+use crate::properties::{Integer, Key, KeyRow, Number, OrDefault, Required, Section, SubTable, build_kind_with};
 use crate::star_catalogue::PlacedCatalogue;
 
 /// Background: light from all directions, and stars.
@@ -93,52 +93,46 @@ impl StarField {
     }
 }
 
+const RADIANCE: Key<SpectralRadiance, Required> = Key::quantity::<SpectralRadiance>("radiance", "at `wavelength`").positive().required();
+const WAVELENGTH: Key<Wavelength, OrDefault> =
+    Key::quantity::<Wavelength>("wavelength", "wavelength of the radiance").positive().default("550 nm");
+const STARS: Key<SubTable> = Key::table("stars", "a field of stars");
+const CATALOGUE: Key<SubTable> = Key::table("catalogue", "stars of a CSV at their sky positions");
+const SEED: Key<Integer<u64>, OrDefault> = Key::integer("seed", "seed of the random field").default(1);
+const DENSITY: Key<SkyDensity, OrDefault> =
+    Key::quantity::<SkyDensity>("density", "stars per solid angle").positive().default("2000 /deg2");
+const BRIGHTEST: Key<Number, OrDefault> = Key::number("brightest", "V magnitude (Vega) of the brightest").range(MAGNITUDES).default(8.0);
+const FAINTEST: Key<Number, OrDefault> =
+    Key::number("faintest", "V magnitude (Vega) of the faintest; counts grow as 10^(0.4 m)").range(MAGNITUDES).default(18.0);
+
 /// Keys of an even background beside those of its spectrum.
-pub(super) const UNIFORM_KEYS: &[Key] = &[
-    Key::required("radiance", "spectral radiance", "at `wavelength`"),
-    Key::optional("wavelength", "wavelength", "550 nm", "wavelength of the radiance"),
-    Key::optional("stars", "table", "none", "a field of stars"),
-    Key::optional("catalogue", "table", "none", "stars of a CSV at their sky positions"),
-];
+pub(super) const UNIFORM_KEYS: &[KeyRow] = &[RADIANCE.row, WAVELENGTH.row, STARS.row, CATALOGUE.row];
 
 /// The keys of `[background.stars]`.
-pub(super) const STAR_KEYS: &[Key] = &[
-    Key::optional("seed", "integer", "1", "seed of the random field"),
-    Key::optional("density", "density on the sky", "2000 /deg2", "stars per solid angle"),
-    Key::optional("brightest", "number", "8", "V magnitude (Vega) of the brightest"),
-    Key::optional("faintest", "number", "18", "V magnitude (Vega) of the faintest; counts grow as 10^(0.4 m)"),
-];
+pub(super) const STAR_KEYS: &[KeyRow] = &[SEED.row, DENSITY.row, BRIGHTEST.row, FAINTEST.row];
 
 /// Reads all but the catalogue's stars, which are the loader's to keep.
 pub(super) fn build(section: &Section, inputs: &Inputs, catalogue: Option<PlacedCatalogue>) -> Result<Background> {
-    let star_field = section.table("stars")?.map(|s| star_field(&s)).transpose()?;
-    if !section.has("kind") {
-        let keys: Vec<&str> = vec!["kind", "stars", "catalogue"];
-        section.check_keys(&keys)?;
+    let star_field = section.read(&STARS)?.map(|s| star_field(&s)).transpose()?;
+    if section.kind().is_none() {
+        section.check(&[STARS.row, CATALOGUE.row])?;
         return Ok(Background { spectrum: None, star_field, catalogue });
     }
     let shape: StarShape = build_kind_with("spectrum", SPECTRA, UNIFORM_KEYS, section, inputs)?;
-    let radiance = section.need_positive::<SpectralRadiance>("radiance")?;
-    let at = section.positive::<Wavelength>("wavelength")?.unwrap_or(Wavelength(0.55));
+    let radiance = section.read(&RADIANCE)?;
+    let at = section.read(&WAVELENGTH)?;
     // Only the shape and its value at one wavelength matter: radiance takes the place of luminosity.
-    let spectrum = section.wrap("radiance", scaled(shape, &Scale::SpectralLuminosity(SpectralLuminosity(radiance.0), at)))?;
+    let spectrum = section.wrap(&RADIANCE, scaled(shape, &Scale::SpectralLuminosity(SpectralLuminosity(radiance.0), at)))?;
     Ok(Background { spectrum: Some(spectrum), star_field, catalogue })
 }
 
 fn star_field(section: &Section) -> Result<StarField> {
-    let keys: Vec<&str> = STAR_KEYS.iter().map(|k| k.name).collect();
-    section.check_keys(&keys)?;
-    let plain = StarField::default();
-    let magnitude = |key, otherwise| section.number(key, MAGNITUDES).map(|m| m.unwrap_or(otherwise));
-    let magnitudes = (magnitude("brightest", plain.magnitudes.0)?, magnitude("faintest", plain.magnitudes.1)?);
+    section.check(STAR_KEYS)?;
+    let magnitudes = (section.read(&BRIGHTEST)?, section.read(&FAINTEST)?);
     if magnitudes.0 >= magnitudes.1 {
-        return Err(section.error("faintest", "faintest must be larger than brightest"));
+        return Err(section.error(&FAINTEST, "faintest must be larger than brightest"));
     }
-    Ok(StarField {
-        seed: section.integer("seed", 0..=i64::MAX)?.map_or(plain.seed, |n| n as u64),
-        density_per_sr: section.positive::<SkyDensity>("density")?.map_or(plain.density_per_sr, |d| d.0),
-        magnitudes,
-    })
+    Ok(StarField { seed: section.read(&SEED)?, density_per_sr: section.read(&DENSITY)?.0, magnitudes })
 }
 
 fn default_density() -> f64 {

@@ -8,7 +8,7 @@ use spectra::units::Wavelength;
 use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::Result;
-use crate::properties::{Key, Kind, Section, build_kind_with};
+use crate::properties::{Choice, Choices, Key, KeyRow, Kind, Numbers, OrDefault, Path, Required, Section, Text, Texts, build_kind_with};
 
 /// Most characters of a name: those of a text in a FITS header, less those of the suffix of error planes.
 const LONGEST_NAME: usize = 60;
@@ -16,26 +16,45 @@ const LONGEST_NAME: usize = 60;
 /// Makes a band of its name.
 pub(super) type Named = Box<dyn FnOnce(&str, Counting) -> spectra::Result<Passband>>;
 
-const CENTRE: Key = Key::required("centre", "wavelength", "its middle");
+const CENTRE: Key<Wavelength, Required> = Key::quantity::<Wavelength>("centre", "its middle").required();
+
+const PASSBAND: Key<Text, Required> =
+    Key::text("passband", "name in the catalogue `passbands`, such as \"hst-wfc3-f656n\"").required().of("passbands");
+const FILE: Key<Path, Required> = Key::path("file", "text, ECSV, VOTable or FITS table of wavelength and throughput").required();
+const NM: Key<Numbers, Required> = Key::numbers("nm", "wavelengths of the points, ascending [nm]").example("[500, 600]").required();
+const THROUGHPUT: Key<Numbers, Required> =
+    Key::numbers("throughput", "throughput at the points").range(0.0..=1.0).example("[0, 1]").required();
+const WIDTH: Key<Wavelength, Required> = Key::quantity::<Wavelength>("width", "its full width").positive().example("\"50 nm\"").required();
+const FWHM: Key<Wavelength, Required> =
+    Key::quantity::<Wavelength>("fwhm", "full width at half maximum").positive().example("\"50 nm\"").required();
+const HALF_WIDTH: Key<Wavelength, Required> =
+    Key::quantity::<Wavelength>("half_width", "distance of its zeros from the centre").positive().example("\"50 nm\"").required();
+const COEFFICIENTS: Key<Numbers, Required> = Key::numbers("coefficients", "c_0, c_1, ...").required();
+const LOW: Key<Wavelength, Required> = Key::quantity::<Wavelength>("low", "lower end").example("\"400 nm\"").required();
+const HIGH: Key<Wavelength, Required> = Key::quantity::<Wavelength>("high", "upper end").example("\"700 nm\"").required();
+const NAME: Key<Text, Required> = Key::text("name", "name in the output").required();
+const COUNTING: Key<Choice<Counting>, OrDefault> =
+    Key::choice("counting", "detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it")
+        .default("energy");
 
 pub(super) const KINDS: &[Kind<Named>] = &[
     Kind {
         name: "catalogue",
         summary: "an embedded passband",
-        keys: &[Key::required("passband", "text", "name in the catalogue `passbands`, such as \"hst-wfc3-f656n\"").of("passbands")],
+        keys: &[PASSBAND.row],
         build: |section, _| {
-            let band = section.wrap("passband", Passband::named(section.need_text("passband")?))?;
+            let band = section.wrap(&PASSBAND, Passband::named(section.read(&PASSBAND)?))?;
             Ok(Box::new(move |name, _| Ok(band.renamed(name))))
         },
     },
     Kind {
         name: "file",
         summary: "from a file of wavelength and throughput",
-        keys: &[Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and throughput"), UNIT, COLUMN],
+        keys: &[FILE.row, UNIT.row, COLUMN.row],
         build: |section, inputs| {
-            let file = section.need_text("file")?;
-            let curve = curve::read(section, "file", Ordinate::Throughput, inputs)?;
-            let checked = section.wrap("file", Passband::new(file, Counting::Energy, curve.table.clone()))?;
+            let file = section.read(&FILE)?;
+            let curve = curve::read(section, &FILE, Ordinate::Throughput, inputs)?;
+            let checked = section.wrap(&FILE, Passband::new(file, Counting::Energy, curve.table.clone()))?;
             let brightest = checked.largest();
             if brightest > MAX_THROUGHPUT {
                 return Err(section.error(
@@ -44,7 +63,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
                 ));
             }
             // A file that says what its detector counts decides where the scene says nothing.
-            let stated = curve.counts_photons.filter(|_| !section.has("counting"));
+            let stated = curve.counts_photons.filter(|_| !section.has(&COUNTING));
             let own = stated.map(|photons| if photons { Counting::Photon } else { Counting::Energy });
             Ok(Box::new(move |name, counting| Passband::new(name, own.unwrap_or(counting), curve.table)))
         },
@@ -52,60 +71,54 @@ pub(super) const KINDS: &[Kind<Named>] = &[
     Kind {
         name: "points",
         summary: "piecewise linear; zero outside",
-        keys: &[
-            Key::required("nm", "list of numbers", "wavelengths of the points, ascending [nm]"),
-            Key::required("throughput", "list of numbers", "throughput at the points, 0 to 1"),
-        ],
+        keys: &[NM.row, THROUGHPUT.row],
         build: |section, _| {
-            let nm = section.need_numbers("nm", "[400, 500, 600]")?;
-            let throughput = section.need_numbers("throughput", "[0, 1, 0]")?;
+            let nm = section.read(&NM)?;
+            let throughput = section.read(&THROUGHPUT)?;
             if nm.len() != throughput.len() || nm.len() < 2 {
                 let message = format!(
                     "{} wavelengths and {} throughputs; a curve needs two or more of each, in equal number",
                     nm.len(),
                     throughput.len()
                 );
-                return Err(section.error("throughput", message));
+                return Err(section.error(&THROUGHPUT, message));
             }
-            if let Some(wrong) = throughput.iter().find(|t| !(0.0..=1.0).contains(*t)) {
-                return Err(section.error("throughput", format!("a throughput of {wrong} is out of range; it must be between 0 and 1")));
-            }
-            let table = section.wrap("nm", Table::new("points", nm.iter().map(|v| v * 1e-3).collect(), throughput))?;
+            let table = section.wrap(&NM, Table::new("points", nm.iter().map(|v| v * 1e-3).collect(), throughput))?;
             Ok(Box::new(move |name, counting| Passband::new(name, counting, table)))
         },
     },
     Kind {
         name: "top_hat",
         summary: "1 within centre +- width/2",
-        keys: &[CENTRE, Key::required("width", "wavelength", "its full width")],
-        build: |section, _| analytic(Window::TopHat { centre: section.need("centre")?, width: section.need_positive("width")? }),
+        keys: &[CENTRE.row, WIDTH.row],
+        build: |section, _| analytic(Window::TopHat { centre: section.read(&CENTRE)?, width: section.read(&WIDTH)? }),
     },
     Kind {
         name: "gaussian",
         summary: "a Gaussian, truncated at 2.5 FWHM",
-        keys: &[CENTRE, Key::required("fwhm", "wavelength", "full width at half maximum")],
-        build: |section, _| analytic(Window::Gaussian { centre: section.need("centre")?, fwhm: section.need_positive("fwhm")? }),
+        keys: &[CENTRE.row, FWHM.row],
+        build: |section, _| analytic(Window::Gaussian { centre: section.read(&CENTRE)?, fwhm: section.read(&FWHM)? }),
     },
     Kind {
         name: "cos2",
         summary: "cos2(pi (lambda - centre)/(2 half_width))",
-        keys: &[CENTRE, Key::required("half_width", "wavelength", "distance of its zeros from the centre")],
-        build: |section, _| analytic(Window::Cos2 { centre: section.need("centre")?, half_width: section.need_positive("half_width")? }),
+        keys: &[CENTRE.row, HALF_WIDTH.row],
+        build: |section, _| analytic(Window::Cos2 { centre: section.read(&CENTRE)?, half_width: section.read(&HALF_WIDTH)? }),
     },
     Kind {
         name: "polynomial",
         summary: "sum of c_i lambda^i with lambda in um, clipped at zero",
-        keys: &[
-            Key::required("coefficients", "list of numbers", "c_0, c_1, ..."),
-            Key::required("low", "wavelength", "lower end"),
-            Key::required("high", "wavelength", "upper end"),
-        ],
+        keys: &[COEFFICIENTS.row, LOW.row, HIGH.row],
         build: |section, _| {
-            let coefficients = section.need_numbers("coefficients", "[0, 1]")?;
-            analytic(Window::Polynomial { coefficients, low: section.need("low")?, high: section.need::<Wavelength>("high")? })
+            let coefficients = section.read(&COEFFICIENTS)?;
+            analytic(Window::Polynomial { coefficients, low: section.read(&LOW)?, high: section.read(&HIGH)? })
         },
     },
 ];
+
+/// Passband sets and embedded passbands of a scene.
+pub(super) const BANDS: Key<Texts> =
+    Key::texts("bands", "a set of passbands, or a list of embedded ones").otherwise("johnson").of("passband-sets").example("\"johnson\"");
 
 fn analytic(shape: Window) -> Result<Named> {
     Ok(Box::new(move |name, counting| window(name, counting, shape)))
@@ -115,30 +128,26 @@ fn analytic(shape: Window) -> Result<Named> {
 const MAX_THROUGHPUT: f64 = 2.0;
 
 /// The keys that every band takes.
-pub(super) const KEYS: &[Key] = &[
-    Key::required("name", "text", "name in the output"),
-    Key::optional(
-        "counting",
-        "text",
-        "energy",
-        "detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it",
-    ),
-];
+pub(super) const KEYS: &[KeyRow] = &[NAME.row, COUNTING.row];
+
+impl Choices for Counting {
+    const ROWS: &'static [(&'static str, Self)] = &[("energy", Self::Energy), ("photon", Self::Photon)];
+}
 
 pub(super) fn build(root: &Section, inputs: &Inputs) -> Result<Vec<Passband>> {
     let own = root.tables("band")?;
-    let mut bands = match root.texts("bands")? {
+    let mut bands = match root.read(&BANDS)? {
         Some(names) => named(root, &names)?,
         None if own.is_empty() => named(root, &["johnson"])?,
         None => Vec::new(),
     };
     for section in own {
         let make = build_kind_with("passband", KINDS, KEYS, &section, inputs)?;
-        let counting = section.wrap("counting", Counting::named(section.choice("counting", &["energy", "photon"])?.unwrap_or("energy")))?;
-        let name = section.need_text("name")?;
+        let counting = section.read(&COUNTING)?;
+        let name = section.read(&NAME)?;
         if name.chars().count() > LONGEST_NAME {
             let message = format!("the name has {} characters; files support at most {LONGEST_NAME}", name.chars().count());
-            return Err(section.error("name", message));
+            return Err(section.error(&NAME, message));
         }
         bands.push(section.wrap("kind", make(name, counting))?);
     }

@@ -9,33 +9,51 @@ use spectra::sed;
 use spectra::units::{Quantity, Temperature};
 
 use super::proper_motion::{self, Motion, YEARS};
-use super::star::magnitude_system;
+use super::star::{self, magnitude_system};
 use crate::data::{InputNote, Inputs, TextTable};
 use crate::error::{Error, Result};
 use crate::observation::{Observation, SkyFrame, SkyPlace};
-use crate::properties::{Key, Origin, Place, Section};
+use crate::properties::{Choice, Choices, Key, KeyRow, Number, OrDefault, Origin, Path, Place, Required, Section, Text};
 use crate::star_catalogue::{Builder, Colour, Photometry, PlacedCatalogue, SkyAxes, StarCatalogue};
 
-pub(super) const KEYS: &[Key] = &[
-    Key::required("file", "path", "CSV file with a header and one star per row"),
-    Key::optional(
-        "axes",
-        "text",
-        "observation",
-        "orientation of the sky. observation: as [observation] places each image, for any camera position; icrs or galactic: the scene's axes are those of the sky",
-    ),
-    Key::optional("magnitude_band", "text", "johnson-V", "embedded passband of a column `magnitude`").of("passbands"),
-    Key::optional("magnitude_system", "text", "vega; required for passbands without conventional Vega magnitudes", "vega or ab"),
-    Key::optional("temperature", "temperature", "5800 K", "temperature of stars without type, temperature or second magnitude"),
-    Key::optional(
-        "epoch",
-        "number",
-        "that of the catalogue",
-        "year to which proper motions (columns pmra and pmdec, mas/yr) are applied, such as 2026.5",
-    ),
-    Key::optional("catalogue_epoch", "number", "column ref_epoch; 2000 for HYG", "year of the positions, with epoch"),
-    Key::optional("faintest", "number", "none", "limiting magnitude; fainter stars are skipped"),
-];
+const FILE: Key<Path, Required> = Key::path("file", "CSV file with a header and one star per row").required();
+const AXES: Key<Choice<Axes>, OrDefault> = Key::choice(
+    "axes",
+    "orientation of the sky. observation: as [observation] places each image, for any camera position; icrs or galactic: the scene's axes are those of the sky",
+)
+.default("observation");
+const MAGNITUDE_BAND: Key<Text, OrDefault> =
+    Key::text("magnitude_band", "embedded passband of a column `magnitude`").default("johnson-V").of("passbands");
+const TEMPERATURE: Key<Temperature, OrDefault> =
+    Key::quantity::<Temperature>("temperature", "temperature of stars without type, temperature or second magnitude")
+        .positive()
+        .default("5800 K");
+const EPOCH: Key<Number> =
+    Key::number("epoch", "year to which proper motions (columns pmra and pmdec, mas/yr) are applied, such as 2026.5")
+        .range(YEARS)
+        .example("2026.5")
+        .otherwise("that of the catalogue");
+const CATALOGUE_EPOCH: Key<Number> = Key::number("catalogue_epoch", "year of the positions")
+    .range(YEARS)
+    .example("2000.0")
+    .needs("epoch")
+    .otherwise("column ref_epoch; 2000 for HYG");
+const FAINTEST: Key<Number> = Key::number("faintest", "limiting magnitude; fainter stars are skipped").range(-30.0..=40.0);
+
+pub(super) const KEYS: &[KeyRow] =
+    &[FILE.row, AXES.row, MAGNITUDE_BAND.row, star::MAGNITUDE_SYSTEM.row, TEMPERATURE.row, EPOCH.row, CATALOGUE_EPOCH.row, FAINTEST.row];
+
+/// Orientation of the sky.
+#[derive(Clone, Copy)]
+enum Axes {
+    Observation,
+    Icrs,
+    Galactic,
+}
+
+impl Choices for Axes {
+    const ROWS: &'static [(&'static str, Self)] = &[("observation", Self::Observation), ("icrs", Self::Icrs), ("galactic", Self::Galactic)];
+}
 
 /// Most stars of a catalogue.
 pub const MAX_ROWS: usize = 1_000_000;
@@ -120,23 +138,21 @@ fn unit_behind(name: &str) -> (&str, Option<&str>) {
 
 /// Reads the stars; where they are in a scene, [`placed`] says.
 pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue> {
-    let file = section.need_text("file")?;
-    let table = section.wrap("file", inputs.table(file, MAX_ROWS))?;
+    let file = section.read(&FILE)?;
+    let table = section.wrap(&FILE, inputs.table(file, MAX_ROWS))?;
     let label: Arc<str> = inputs.label(file).into();
     let columns = columns(section, &table, &label)?;
-    let [Some(first), second] = &columns.bands else { return Err(section.error("file", "has no magnitudes")) };
+    let [Some(first), second] = &columns.bands else { return Err(section.error(&FILE, "has no magnitudes")) };
     let known: Vec<&Passband> = [first].into_iter().chain(second).collect();
     let system = magnitude_system(section, &known)?;
-    let photometry = section.wrap("file", Photometry::new(first.clone(), second.as_ref(), system))?;
-    let plain = section.positive::<Temperature>("temperature")?.unwrap_or(Temperature(5800.0));
-    let faintest = section.number("faintest", -30.0..=40.0)?.unwrap_or(f64::INFINITY);
+    let photometry = section.wrap(&FILE, Photometry::new(first.clone(), second.as_ref(), system))?;
+    let plain = section.read(&TEMPERATURE)?;
+    let faintest = section.read(&FAINTEST)?.unwrap_or(f64::INFINITY);
     let mut builder = Builder::new(photometry);
     let mut types = Vec::new();
-    let (epoch, stated) = (section.number("epoch", YEARS)?, section.number("catalogue_epoch", YEARS)?);
-    if epoch.is_none() {
-        section.refuse(&["catalogue_epoch"], "epoch")?;
-    } else if columns.frame != SkyFrame::Icrs {
-        return Err(section.error("epoch", "requires right ascensions and declinations; remove it"));
+    let (epoch, stated) = (section.read(&EPOCH)?, section.read(&CATALOGUE_EPOCH)?);
+    if epoch.is_some() && columns.frame != SkyFrame::Icrs {
+        return Err(section.error(&EPOCH, "requires right ascensions and declinations; remove it"));
     }
     let from = stated.or(columns.is_hyg.then_some(EPOCH_OF_HYG));
     let motion = epoch.map(|epoch| Motion::new(&table, epoch, from)).transpose();
@@ -252,22 +268,22 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
     })?;
     let mut bands: Vec<(usize, Passband)> = Vec::new();
     if let Some(column) = find(&["magnitude", "mag"]) {
-        let name = section.text("magnitude_band")?.unwrap_or("johnson-V");
-        bands.push((column, section.wrap("magnitude_band", Passband::named(name))?));
+        let name = section.read(&MAGNITUDE_BAND)?;
+        bands.push((column, section.wrap(&MAGNITUDE_BAND, Passband::named(name))?));
     } else {
-        section.refuse(&["magnitude_band"], "a column \"magnitude\"")?;
+        section.refuse(&[&MAGNITUDE_BAND.row], "a column \"magnitude\"")?;
     }
     for (column, name) in names.iter().enumerate() {
         let is_named = |own: &str| if own == GAIA_G { table.columns[column].trim().starts_with(own) } else { own == *name };
         let meant = MAGNITUDES.iter().find(|(own, _)| is_named(own)).map(|(_, band)| *band);
         let own = meant.or_else(|| passband::names().into_iter().find(|band| band.eq_ignore_ascii_case(name)));
         if let Some(band) = own.filter(|band| bands.iter().all(|(_, known)| known.name() != *band)) {
-            bands.push((column, section.wrap("file", Passband::named(band))?));
+            bands.push((column, section.wrap(&FILE, Passband::named(band))?));
         }
     }
     let colour = find(&COLOURS).filter(|_| bands.len() == 1 && bands[0].1.name() == "johnson-V");
     if let Some(column) = colour {
-        bands.push((column, section.wrap("file", Passband::named("johnson-B"))?));
+        bands.push((column, section.wrap(&FILE, Passband::named("johnson-B"))?));
     }
     if bands.is_empty() {
         let survey = names.iter().find(|name| SURVEY_MAGNITUDES.contains(*name));
@@ -342,12 +358,12 @@ fn refuse_small_longitudes(table: &TextTable, columns: &Columns, label: &Arc<str
 
 /// The catalogue around a scene.
 pub(super) fn placed(section: &Section, catalogue: Arc<StarCatalogue>, observation: Option<&Observation>) -> Result<PlacedCatalogue> {
-    let axes = match section.choice("axes", &["observation", "icrs", "galactic"])? {
-        Some("icrs") => SkyAxes::OfScene(DMat3::IDENTITY),
-        Some("galactic") => SkyAxes::OfScene(SkyFrame::Galactic.from_icrs()),
-        _ => {
+    let axes = match section.read(&AXES)? {
+        Axes::Icrs => SkyAxes::OfScene(DMat3::IDENTITY),
+        Axes::Galactic => SkyAxes::OfScene(SkyFrame::Galactic.from_icrs()),
+        Axes::Observation => {
             let missing = "a catalogue requires [observation] to place the sky; add it, or write axes = \"icrs\"";
-            SkyAxes::OfPicture(observation.ok_or_else(|| section.error("axes", missing))?.axes())
+            SkyAxes::OfPicture(observation.ok_or_else(|| section.error(&AXES, missing))?.axes())
         }
     };
     Ok(PlacedCatalogue { catalogue, axes })

@@ -1,31 +1,34 @@
 //! The `[detail]` table: what densities have below their voxels.
 
-use crate::detail::{DEVIATIONS, Detail, OCTAVES, SLOPES, STRENGTHS};
+use crate::detail::{self, Detail};
 use crate::error::Result;
-use crate::properties::{Key, Section};
+use crate::properties::{Integer, Key, KeyRow, Number, OrDefault, Section};
 
-pub(super) const KEYS: &[Key] = &[
-    Key::optional("seed", "integer", "1", "seed of the noise"),
-    Key::optional("octaves", "integer", "4", "octaves of waves from two voxels downwards, 1 to 8; unresolved octaves cost nothing"),
-    Key::optional("strength", "number", "1", "factor of the deviations; 0 disables detail"),
-    Key::optional(
-        "deviation",
-        "number",
-        "measured on each grid",
-        "deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough",
-    ),
-    Key::optional("slope", "number", "measured on each grid", "n of the spectrum k^-n; 3.667 is Kolmogorov's"),
-];
+const SEED: Key<Integer<u32>, OrDefault> = Key::integer("seed", "seed of the noise").default(1);
+const OCTAVES: Key<Integer<usize>, OrDefault> =
+    Key::integer("octaves", "octaves of waves from two voxels downwards; unresolved octaves cost nothing")
+        .range(detail::OCTAVES)
+        .default(4);
+const STRENGTH: Key<Number, OrDefault> =
+    Key::number("strength", "factor of the deviations; 0 disables detail").range(detail::STRENGTHS).default(1.0);
+const DEVIATION: Key<Number> = Key::number("deviation", "deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough")
+    .range(detail::DEVIATIONS)
+    .example("0.3")
+    .otherwise("measured on each grid");
+const SLOPE: Key<Number> = Key::number("slope", "n of the spectrum k^-n; 3.667 is Kolmogorov's")
+    .range(detail::SLOPES)
+    .example("3.667")
+    .otherwise("measured on each grid");
+
+pub(super) const KEYS: &[KeyRow] = &[SEED.row, OCTAVES.row, STRENGTH.row, DEVIATION.row, SLOPE.row];
 
 pub(super) fn build(section: &Section) -> Result<Detail> {
-    let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
-    section.check_keys(&keys)?;
-    let plain = Detail::default();
+    section.check(KEYS)?;
     Ok(Detail {
-        seed: section.integer("seed", 0..=i64::from(u32::MAX))?.map_or(plain.seed, |n| n as u32),
-        octaves: section.integer("octaves", OCTAVES)?.map_or(plain.octaves, |n| n as usize),
-        strength: section.number("strength", STRENGTHS)?.unwrap_or(plain.strength),
-        deviation: section.number("deviation", DEVIATIONS)?,
-        slope: section.number("slope", SLOPES)?,
+        seed: section.read(&SEED)?,
+        octaves: section.read(&OCTAVES)?,
+        strength: section.read(&STRENGTH)?,
+        deviation: section.read(&DEVIATION)?,
+        slope: section.read(&SLOPE)?,
     })
 }

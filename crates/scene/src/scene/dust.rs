@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use spectra::extinction::Extinction;
-use spectra::units::{ExtinctionCoefficient, ExtinctionPerColumn, ExtinctionPerMass, Quantity};
+use spectra::units::{ExtinctionCoefficient, ExtinctionPerColumn, ExtinctionPerMass, Quantity, QuantityRow};
 
-use super::albedo::{self, Albedo};
+use super::albedo::{self, ALBEDO, Albedo};
 use super::{Fields, Loader};
 use crate::error::{Error, Result};
-use crate::field::{Field, IntoField, grams_per_h};
+use crate::field::{Field, IntoField, grams_per_h, mass_per_h};
 use crate::phase::{self, IntoPhase, Isotropic, Phase};
-use crate::properties::{Key, Section};
+use crate::properties::{Entry, Formula, Key, KeyRow, Number, OrDefault, Required, Section, SubTable, Text, Type, ValueType};
 
 /// Extinction coefficient at V per unit of density.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,39 +84,30 @@ impl Dust {
     }
 }
 
-pub(super) const KEYS: &[Key] = &[
-    Key::required("density", "expression", "density, an expression of fields such as \"cloud\" or \"n_H * (1 - x_ion)\""),
-    Key::required(
-        "scale",
-        "extinction",
-        "extinction at density 1: per length (A_V of \"2 mag/pc\", depth of \"4 /pc\"), or for a density in cm-3 per hydrogen column (\"5.32e-22 mag cm2\") or mass column (\"200 cm2/g\", with mass_per_h)",
-    ),
-    Key::optional(
-        "mass_per_h",
-        "number",
-        "required for a scale per mass",
-        "mass per hydrogen nucleus in hydrogen masses, for a scale per gram: 1.4 for all of the gas",
-    ),
-    Key::optional("law", "text", "draine03_rv31", "extinction law").of("laws"),
-    Key::optional("r_v", "number", "3.1", "A(V)/E(B-V), for laws with this parameter"),
-    Key::optional(
-        "albedo",
-        "number or table",
-        "albedo of the law's grains",
-        "scattered fraction of extinction; Milky Way laws without grains use Draine 2003 of the nearest R_V",
-    ),
-    Key::optional("phase", "table", "isotropic", "angular distribution of scattered light"),
-];
+pub(super) const DENSITY: Key<Formula, Required> =
+    Key::formula("density", "density, an expression of fields such as \"cloud\" or \"n_H * (1 - x_ion)\"").required();
+const SCALE: Key<ExtinctionScale, Required> = Key::<ExtinctionScale>::new(
+    "scale",
+    "extinction at density 1: per length (A_V of \"2 mag/pc\", depth of \"4 /pc\"), or for a density in cm-3 per hydrogen column (\"5.32e-22 mag cm2\") or mass column (\"200 cm2/g\", with mass_per_h)",
+)
+.not_negative()
+.required();
+const MASS_PER_H: Key<Number> = mass_per_h("mass per hydrogen nucleus in hydrogen masses, for a scale per gram: 1.4 for all of the gas")
+    .required_for("a scale per mass");
+const LAW: Key<Text, OrDefault> = Key::text("law", "extinction law").default("draine03_rv31").of("laws");
+const R_V: Key<Number, OrDefault> = Key::number("r_v", "A(V)/E(B-V), for laws with this parameter").range(0.0..=100.0).default(3.1);
+const PHASE: Key<SubTable> = Key::table("phase", "angular distribution of scattered light").otherwise("isotropic");
+
+pub(super) const KEYS: &[KeyRow] = &[DENSITY.row, SCALE.row, MASS_PER_H.row, LAW.row, R_V.row, ALBEDO.row, PHASE.row];
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Dust> {
-    let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
-    section.check_keys(&keys)?;
-    let law = section.text("law")?.unwrap_or("draine03_rv31");
-    let extinction = section.wrap("law", Extinction::with_r_v(law, section.number("r_v", 0.0..=100.0)?))?;
+    section.check(KEYS)?;
+    let law = section.read(&LAW)?;
+    let extinction = section.wrap(&LAW, Extinction::with_r_v(law, section.stated(&R_V)?))?;
     let albedo = albedo::build(section, &loader.inputs, &extinction)?;
-    let phase = section.table("phase")?.map(|s| phase::build(&s, &loader.inputs, &extinction)).transpose()?;
+    let phase = section.read(&PHASE)?.map(|s| phase::build(&s, &loader.inputs, &extinction)).transpose()?;
     Ok(Dust {
-        density: fields.expression(section, "density")?,
+        density: fields.expression(section, &DENSITY)?,
         sigma_v_per_pc: scale(section)?,
         extinction: Arc::new(extinction),
         albedo,
@@ -124,26 +115,46 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
     })
 }
 
-/// The unit tells whether extinction is per length or per column of hydrogen.
-fn scale(section: &Section) -> Result<f64> {
-    let text = section.need_text("scale")?;
-    let grams = grams_per_h(section)?;
-    let coefficient = match ExtinctionPerMass::parse(text) {
-        Ok(per_mass) => {
-            let missing = "is per mass; add mass_per_h = 1.4, the gas mass per hydrogen nucleus in hydrogen masses";
-            per_mass.0 * grams.ok_or_else(|| section.error("scale", missing))?
+/// Extinction at V at density 1.
+enum ExtinctionValue {
+    /// Per length [pc⁻¹], or per hydrogen column for a density in cm⁻³ [pc⁻¹ cm³].
+    PerVolume(f64),
+    /// Per column of mass.
+    PerMass(ExtinctionPerMass),
+}
+
+/// Quantity that sets the extinction: its unit tells which.
+enum ExtinctionScale {}
+
+impl ValueType for ExtinctionScale {
+    const TYPE: Type = Type::Quantity(
+        "extinction",
+        &[QuantityRow::of::<ExtinctionCoefficient>(), QuantityRow::of::<ExtinctionPerColumn>(), QuantityRow::of::<ExtinctionPerMass>()],
+    );
+    type Value<'a> = ExtinctionValue;
+    fn read<'a>(entry: &Entry<'a, '_>) -> Result<ExtinctionValue> {
+        if let Ok(per_mass) = ExtinctionPerMass::read(entry) {
+            return Ok(ExtinctionValue::PerMass(per_mass));
         }
-        Err(_) => {
-            section.refuse(&["mass_per_h"], "a scale in cm2/g")?;
-            ExtinctionCoefficient::parse(text).map(|c| c.0).or_else(|first| {
-                let per_column = ExtinctionPerColumn::parse(text).map(|c| c.0);
-                per_column
-                    .map_err(|_| section.error("scale", format!("{first}; for a density in cm-3, write it like \"5.32e-22 mag cm2\"")))
-            })?
+        if let Ok(per_column) = ExtinctionPerColumn::read(entry) {
+            return Ok(ExtinctionValue::PerVolume(per_column.0));
         }
-    };
-    if coefficient < 0.0 {
-        return Err(section.error("scale", "extinction cannot be negative"));
+        let remedy = "for a density in cm-3, write it like \"5.32e-22 mag cm2\"";
+        ExtinctionCoefficient::read(entry).map(|coefficient| ExtinctionValue::PerVolume(coefficient.0)).map_err(|error| match error {
+            Error::Scene { message, .. } => entry.error(format!("{message}; {remedy}")),
+            other => other,
+        })
     }
-    Ok(coefficient)
+}
+
+/// The extinction coefficient at density 1 [pc⁻¹].
+fn scale(section: &Section) -> Result<f64> {
+    let grams = section.read(&MASS_PER_H)?.map(grams_per_h);
+    match section.read(&SCALE)? {
+        ExtinctionValue::PerMass(per_mass) => {
+            let missing = "is per mass; add mass_per_h = 1.4, the gas mass per hydrogen nucleus in hydrogen masses";
+            Ok(per_mass.0 * grams.ok_or_else(|| section.error(&SCALE, missing))?)
+        }
+        ExtinctionValue::PerVolume(coefficient) => section.refuse(&[&MASS_PER_H.row], "a scale in cm2/g").map(|()| coefficient),
+    }
 }

@@ -13,7 +13,7 @@ use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::field::{Field, IntoField};
-use crate::properties::{Key, Kind, Section, build_kind_with};
+use crate::properties::{Formula, Key, KeyRow, Kind, Number, OrDefault, Path, Required, Section, Tables, Text, build_kind_with};
 
 /// One species of glowing gas.
 #[derive(Debug, Clone)]
@@ -51,127 +51,125 @@ impl Emission {
     }
 }
 
-const SCALE: Key =
-    Key::required("scale", "emission coefficient", "emission coefficient at density 1 and spectral strength 1, such as \"1e-25 W/m3/sr\"");
+const SCALE: Key<Emissivity, Required> =
+    Key::quantity::<Emissivity>("scale", "emission coefficient at density 1 and spectral strength 1, such as \"1e-25 W/m3/sr\"")
+        .positive()
+        .required();
+
+const LINES: Key<Tables, Required> =
+    Key::tables("lines", "{ wavelength = \"656.46 nm\", strength = 3 }, wavelength in vacuum, strength integrated over the line")
+        .required()
+        .example("[{ wavelength = \"656.28 nm\", strength = 1.0 }]");
+const WAVELENGTH: Key<Wavelength, Required> =
+    Key::quantity::<Wavelength>("wavelength", "wavelength of the line in vacuum").positive().required();
+const STRENGTH: Key<Number, Required> = Key::number("strength", "strength, integrated over the line").not_negative().required();
+const LINE: &[KeyRow] = &[WAVELENGTH.row, STRENGTH.row];
+const CONTINUUM: Key<Number, OrDefault> = Key::number("continuum", "strength per nm at `continuum_at`").not_negative().default(0.0);
+const CONTINUUM_AT: Key<Wavelength, OrDefault> =
+    Key::quantity::<Wavelength>("continuum_at", "wavelength of that strength").positive().default("550 nm").needs("continuum");
+const CONTINUUM_EXPONENT: Key<Number, OrDefault> =
+    Key::number("continuum_exponent", "exponent of the continuum in wavelength").range(-50.0..=50.0).default(0.0).needs("continuum");
+const ION: Key<Text, Required> =
+    Key::text("ion", "name in the catalogue `ions`, such as \"H1\", \"O3\", \"N2\", \"S2\"").required().of("ions");
+const TEMPERATURE: Key<Temperature, Required> =
+    Key::quantity::<Temperature>("temperature", "electron temperature, 5000 to 20000 K").positive().required();
+const ELECTRON_DENSITY: Key<NumberDensity, Required> =
+    Key::quantity::<NumberDensity>("electron_density", "electron density for collisional de-excitation, 10 to 1e5 cm-3")
+        .positive()
+        .required();
+const ABUNDANCE: Key<Number, OrDefault> = Key::number("abundance", "n_ion / n_H").range(0.0..=1e3).default(1.0);
+const OF_CONTINUUM: Key<Temperature, Required> =
+    Key::quantity::<Temperature>("temperature", "electron temperature, 6000 to 15000 K").positive().required();
+const DENSITY_OF_CONTINUUM: Key<NumberDensity, Required> =
+    Key::quantity::<NumberDensity>("electron_density", "100 to 1e4 cm-3").positive().required();
+const LIST: Key<Text, Required> = Key::text("list", "name in the catalogue `line-lists`").required().of("line-lists");
+const FILE: Key<Path, Required> = Key::path("file", "text, ECSV, VOTable or FITS table of wavelength and strength per nm").required();
+const NAME: Key<Text> = Key::text("name", "its name").otherwise("emission N");
+const DENSITY: Key<Formula, Required> = Key::formula("density", "density, an expression of fields such as \"n_H^2 * x_ion^2\"").required();
+const DOPPLER_FWHM: Key<Velocity, OrDefault> = doppler_fwhm("full width at half maximum of the lines").default("0 km/s");
 
 pub(super) const KINDS: &[Kind<Spectrum>] = &[
     Kind {
         name: "lines",
         summary: "lines of given strengths, with or without a power-law continuum",
-        keys: &[
-            SCALE,
-            Key::required(
-                "lines",
-                "list of tables",
-                "{ wavelength = \"656.46 nm\", strength = 3 }, wavelength in vacuum, strength integrated over the line",
-            ),
-            Key::optional("continuum", "number", "0", "strength per nm at `continuum_at`"),
-            Key::optional("continuum_at", "wavelength", "550 nm", "wavelength of that strength"),
-            Key::optional("continuum_exponent", "number", "0", "exponent of the continuum in wavelength"),
-        ],
+        keys: &[SCALE.row, LINES.row, CONTINUUM.row, CONTINUUM_AT.row, CONTINUUM_EXPONENT.row],
         build: lines,
     },
     Kind {
         name: "ion",
         summary: "all lines of an ion from its emissivities; the density is n_e n_H in cm-6",
-        keys: &[
-            Key::required("ion", "text", "name in the catalogue `ions`, such as \"H1\", \"O3\", \"N2\", \"S2\"").of("ions"),
-            Key::required("temperature", "temperature", "electron temperature, 5000 to 20000 K"),
-            Key::required("electron_density", "number density", "electron density for collisional de-excitation, 10 to 1e5 cm-3"),
-            Key::optional("abundance", "number", "1", "n_ion / n_H"),
-        ],
+        keys: &[ION.row, TEMPERATURE.row, ELECTRON_DENSITY.row, ABUNDANCE.row],
         build: |section, _| {
-            let (t, n) = conditions(section)?;
-            let lines = section.wrap("ion", ion_lines(section.need_text("ion")?, t, n))?;
-            Ok(lines.scaled(section.number("abundance", 0.0..=1e3)?.unwrap_or(1.0)))
+            let (t, n) = (section.read(&TEMPERATURE)?, section.read(&ELECTRON_DENSITY)?);
+            let lines = section.wrap(&ION, ion_lines(section.read(&ION)?, t, n))?;
+            Ok(lines.scaled(section.read(&ABUNDANCE)?))
         },
     },
     Kind {
         name: "recombination",
         summary: "hydrogen continuum (free-bound, free-free, two-photon); the density is n_e n_H+ in cm-6",
-        keys: &[
-            Key::required("temperature", "temperature", "electron temperature, 6000 to 15000 K"),
-            Key::required("electron_density", "number density", "100 to 1e4 cm-3"),
-        ],
+        keys: &[OF_CONTINUUM.row, DENSITY_OF_CONTINUUM.row],
         build: |section, _| {
-            let (t, n) = conditions(section)?;
-            section.wrap("temperature", recombination_continuum(t, n))
+            let (t, n) = (section.read(&OF_CONTINUUM)?, section.read(&DENSITY_OF_CONTINUUM)?);
+            section.wrap(&OF_CONTINUUM, recombination_continuum(t, n))
         },
     },
     Kind {
         name: "line_list",
         summary: "a model nebula's lines relative to H-beta",
-        keys: &[SCALE, Key::required("list", "text", "name in the catalogue `line-lists`").of("line-lists")],
+        keys: &[SCALE.row, LIST.row],
         build: |section, _| {
-            let scale = section.need_positive::<Emissivity>("scale")?;
-            Ok(section.wrap("list", line_list(section.need_text("list")?))?.scaled(scale.0))
+            let scale = section.read(&SCALE)?;
+            Ok(section.wrap(&LIST, line_list(section.read(&LIST)?))?.scaled(scale.0))
         },
     },
     Kind {
         name: "file",
         summary: "a tabulated spectrum",
-        keys: &[SCALE, Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and strength per nm"), UNIT, COLUMN],
+        keys: &[SCALE.row, FILE.row, UNIT.row, COLUMN.row],
         build: |section, inputs| {
-            let table = curve::read(section, "file", Ordinate::StrengthPerNm, inputs)?.table;
-            let per_um = 1e3 * section.need_positive::<Emissivity>("scale")?.0;
+            let table = curve::read(section, &FILE, Ordinate::StrengthPerNm, inputs)?.table;
+            let per_um = 1e3 * section.read(&SCALE)?.0;
             Ok(Spectrum::continuous(per_um, Arc::new(table)))
         },
     },
 ];
 
 /// The keys that every species takes.
-pub(super) const KEYS: &[Key] = &[
-    Key::optional("name", "text", "emission N", "its name"),
-    Key::required("density", "expression", "density, an expression of fields such as \"n_H^2 * x_ion^2\""),
-    Key::optional("doppler_fwhm", "velocity", "0 km/s", "full width at half maximum of the lines"),
-    motion::VELOCITY,
-    motion::STEP,
-];
+pub(super) const KEYS: &[KeyRow] = &[NAME.row, DENSITY.row, DOPPLER_FWHM.row, motion::VELOCITY.row, motion::STEP.row];
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {
     let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, &loader.inputs)?;
-    if let Some(fwhm) = doppler_fwhm(section)? {
+    let fwhm = section.read(&DOPPLER_FWHM)?;
+    if fwhm.0 > 0.0 {
         spectrum = spectrum.broadened(fwhm);
     }
     if let Some(lambda) = spectrum.first_negative_um() {
         return Err(section.error("kind", format!("the spectrum is negative at {:.2} nm; it must be at least zero", lambda * 1e3)));
     }
     Ok(Emission {
-        name: section.text("name")?.map_or_else(|| format!("emission {}", section.name()), str::to_owned),
-        density: fields.expression(section, "density")?,
+        name: section.read(&NAME)?.map_or_else(|| format!("emission {}", section.name()), str::to_owned),
+        density: fields.expression(section, &DENSITY)?,
         spectrum,
     })
 }
 
-/// The width of lines that a table says; none where it says none.
-pub(super) fn doppler_fwhm(section: &Section) -> Result<Option<Velocity>> {
-    let said = section.quantity::<Velocity>("doppler_fwhm")?.filter(|v| v.0 != 0.0);
-    match said.filter(|fwhm| !(0.0..1e-4 * spectra::constants::SPEED_OF_LIGHT).contains(&fwhm.0)) {
-        Some(fwhm) => Err(section.error(
-            "doppler_fwhm",
-            format!("{fwhm} is out of range; a line width must be at least zero and below a tenth of the speed of light"),
-        )),
-        None => Ok(said),
-    }
-}
-
-fn conditions(section: &Section) -> Result<(Temperature, NumberDensity)> {
-    Ok((section.need_positive("temperature")?, section.need_positive("electron_density")?))
+/// The key of the width of lines; widths stay below a tenth of the speed of light.
+pub(super) const fn doppler_fwhm(summary: &'static str) -> Key<Velocity> {
+    Key::quantity::<Velocity>("doppler_fwhm", summary).not_negative().below(1e-4 * spectra::constants::SPEED_OF_LIGHT)
 }
 
 fn lines(section: &Section, _: &Inputs) -> Result<Spectrum> {
-    let scale = section.need_positive::<Emissivity>("scale")?.0;
+    let scale = section.read(&SCALE)?.0;
     let mut lines = Vec::new();
-    for line in section.tables("lines")? {
-        line.check_keys(&["wavelength", "strength"])?;
-        let strength = line.number("strength", 0.0..=f64::MAX)?;
-        let strength = strength.ok_or_else(|| line.error("strength", "key \"strength\" is required; write it like strength = 3"))?;
-        lines.push(Line { lambda_um: line.need_positive::<Wavelength>("wavelength")?.0, strength: strength * scale });
+    for line in section.read(&LINES)? {
+        line.check(LINE)?;
+        lines.push(Line { lambda_um: line.read(&WAVELENGTH)?.0, strength: line.read(&STRENGTH)? * scale });
     }
     let spectrum = Spectrum::of_lines(lines);
-    let Some(level) = section.number("continuum", 0.0..=f64::MAX)? else { return Ok(spectrum) };
-    let reference = section.positive::<Wavelength>("continuum_at")?.unwrap_or(Wavelength(0.55));
-    let exponent = section.number("continuum_exponent", -50.0..=50.0)?.unwrap_or(0.0);
+    let Some(level) = section.stated(&CONTINUUM)? else { return Ok(spectrum) };
+    let reference = section.read(&CONTINUUM_AT)?;
+    let exponent = section.read(&CONTINUUM_EXPONENT)?;
     // Per nm to per µm: 10³.
     Ok(spectrum.plus(Spectrum::continuous(1e3 * level * scale, Arc::new(PowerLaw { reference, exponent }))))
 }

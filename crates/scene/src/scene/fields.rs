@@ -7,28 +7,26 @@ use std::sync::Arc;
 use spectra::SpectraError;
 
 use super::Loader;
+use super::dust::DENSITY;
+use super::motion::VELOCITY;
 use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
-use crate::properties::{Key, Kind, KindRow, Section, chosen};
+use crate::properties::{Formula, Key, KeyRow, Kind, KindRow, Required, Section, chosen};
+
+const FORMULA: Key<Formula, Required> = Key::formula(
+    "formula",
+    "expression of other fields, such as \"cloud * (1 - hole)\"; the order is free, and they may be expressions themselves",
+)
+.required();
 
 /// A field that other fields make.
-const EXPRESSION: KindRow = KindRow {
-    name: "expression",
-    summary: "expression of other fields, shared by several densities",
-    keys: &[Key::required(
-        "formula",
-        "expression",
-        "expression of other fields, such as \"cloud * (1 - hole)\"; the order is free, and they may be expressions themselves",
-    )],
-};
+const EXPRESSION: KindRow =
+    KindRow { name: "expression", summary: "expression of other fields, shared by several densities", keys: &[FORMULA.row] };
 
 /// All kinds of field that a scene may name.
 pub(super) fn kinds() -> Vec<KindRow> {
     field::KINDS.iter().map(Kind::row).chain([EXPRESSION]).collect()
 }
-
-/// The key of the formulas of a velocity.
-pub(super) const VELOCITY: &str = "velocity";
 
 /// Expressions that may have names, fields that one may be made of in all, and expressions within each other.
 const MOST_EXPRESSIONS: usize = 256;
@@ -59,7 +57,7 @@ struct Named<'a> {
 
 impl Named<'_> {
     fn is_expression(&self) -> bool {
-        self.section.text("kind").is_ok_and(|kind| kind == Some(EXPRESSION.name))
+        self.section.kind() == Some(EXPRESSION.name)
     }
 }
 
@@ -68,7 +66,7 @@ fn check_formulas(root: &Section) -> Result<()> {
     let fields = root.named_tables("field")?;
     fields.iter().try_for_each(|(name, section)| field::check_name(name).map_err(|e| section.error("name", e)))?;
     let known: Vec<&str> = fields.iter().map(|(name, _)| *name).collect();
-    let check = |section: &Section, key: &str, formula: &str| {
+    let check = |section: &Section, key: &KeyRow, formula: &str| {
         let names = Expression::names(formula).map_err(|message| section.error(key, message))?;
         match names.iter().find(|name| !known.contains(&name.as_str())) {
             Some(name) => Err(section.error(key, SpectraError::unknown("field", name, &known).to_string())),
@@ -79,7 +77,7 @@ fn check_formulas(root: &Section) -> Result<()> {
     for (_, section) in &fields {
         chosen("field", &kinds, |kind| (kind.name, kind.keys), &[], section)?;
     }
-    let is_expression = |section: &Section| section.text("kind").is_ok_and(|kind| kind == Some(EXPRESSION.name));
+    let is_expression = |section: &Section| section.kind() == Some(EXPRESSION.name);
     let expressions: Vec<&Section> = fields.iter().map(|(_, section)| section).filter(|section| is_expression(section)).collect();
     if expressions.len() > MOST_EXPRESSIONS {
         return Err(
@@ -87,13 +85,13 @@ fn check_formulas(root: &Section) -> Result<()> {
         );
     }
     for section in expressions {
-        check(section, "formula", section.need_text("formula")?)?;
+        check(section, &FORMULA, section.read(&FORMULA)?)?;
     }
     let tables = [root.table("dust")?, root.table("gas")?].into_iter().flatten().chain(root.tables("emission")?);
     for section in tables {
-        let velocities = section.texts(VELOCITY)?.unwrap_or_default();
-        section.text("density")?.map_or(Ok(()), |formula| check(&section, "density", formula))?;
-        velocities.iter().try_for_each(|formula| check(&section, VELOCITY, formula))?;
+        let velocities = section.read(&VELOCITY)?.unwrap_or_default();
+        section.stated(&DENSITY)?.map_or(Ok(()), |formula| check(&section, &DENSITY, formula))?;
+        velocities.iter().try_for_each(|formula| check(&section, &VELOCITY, formula))?;
     }
     Ok(())
 }
@@ -128,11 +126,11 @@ impl<'a> Fields<'a> {
         for (name, section) in root.named_tables("field")? {
             let kind = chosen("field", &kinds, |kind| (kind.name, kind.keys), &[], &section)?;
             if kind.name == EXPRESSION.name {
-                let needs = Expression::names(section.need_text("formula")?).unwrap_or_default();
+                let needs = Expression::names(section.read(&FORMULA)?).unwrap_or_default();
                 expressions.insert(name, (section, needs));
                 continue;
             }
-            let said = section.said();
+            let said = section.canonical();
             fields.said += &format!("[{name}] {said}");
             if loader.makes_roughly(&said, field::takes_long(&section)) {
                 fields.rough.insert(name.to_owned());
@@ -170,7 +168,7 @@ impl<'a> Fields<'a> {
     fn make(&self, own: &Named) -> Result<Arc<dyn Field>> {
         let Named { section, said, .. } = own;
         match own.is_expression() {
-            true => self.made(section, "formula", said),
+            true => self.made(section, &FORMULA, said),
             false => self.loader.long_field(said, field::takes_long(section), |inputs| field::build(section, inputs)),
         }
     }
@@ -185,17 +183,17 @@ impl<'a> Fields<'a> {
                 let names: Vec<&str> = left.keys().copied().collect();
                 let (section, _) = &left[names[0]];
                 let message = format!("the fields {} depend on each other; break the cycle", names.join(", "));
-                return Err(section.error("formula", message));
+                return Err(section.error(&FORMULA, message));
             }
             for name in ready {
                 if let Some((section, needs)) = left.remove(name) {
-                    let said = self.said_of(section.need_text("formula")?);
+                    let said = self.said_of(section.read(&FORMULA)?);
                     if self.makes_roughly(&needs, &said) {
                         self.rough.insert(name.to_owned());
                     }
                     let is_grid = self.add(name, section.clone(), said)?;
                     self.check_nested(name, &needs, is_grid, &section)?;
-                    self.said += &format!("[{name}] {}", section.said());
+                    self.said += &format!("[{name}] {}", section.canonical());
                 }
             }
         }
@@ -205,9 +203,9 @@ impl<'a> Fields<'a> {
     /// Refuses an expression that is not zero outside of its fields' boxes, which no box of its own would say, and those of so
     /// many fields within each other that none could be evaluated.
     fn check_nested(&mut self, name: &str, needs: &[String], is_grid: bool, section: &Section) -> Result<()> {
-        if Expression::is_endless(section.need_text("formula")?) {
+        if Expression::is_endless(section.read(&FORMULA)?) {
             let message = "it is not zero outside of the boxes of its fields, where it would be truncated; write it where it is used, as in \"cloud * (1 - hole)\"";
-            return Err(section.error("formula", message));
+            return Err(section.error(&FORMULA, message));
         }
         // A grid is read as it is, whatever it was made of.
         let of = |need: &String| self.made_of.get(need).copied().unwrap_or_default();
@@ -220,7 +218,7 @@ impl<'a> Fields<'a> {
                 let MadeOf { fields, depth } = all;
                 let message =
                     format!("it uses {fields} fields and nests {depth} expressions; at most {MOST_FIELDS} and {DEEPEST} are supported");
-                return Err(section.error("formula", message));
+                return Err(section.error(&FORMULA, message));
             }
             self.made_of.insert(name.to_owned(), all);
         }
@@ -241,8 +239,8 @@ impl<'a> Fields<'a> {
     ///
     /// # Errors
     /// If it is no expression of fields that there are, or what it gives is no density.
-    pub fn expression(&self, section: &Section, key: &str) -> Result<Arc<dyn Field>> {
-        let formula = section.need_text(key)?;
+    pub fn expression(&self, section: &Section, key: &Key<Formula, Required>) -> Result<Arc<dyn Field>> {
+        let formula = section.read(key)?;
         let said = self.said_of(formula);
         let is_rough = self.makes_roughly(&Expression::names(formula).unwrap_or_default(), &said);
         let field = self.made(section, key, &said)?;
@@ -254,7 +252,7 @@ impl<'a> Fields<'a> {
     ///
     /// # Errors
     /// If it is no expression of fields that there are.
-    pub(super) fn everywhere(&self, section: &Section, key: &str, formula: &str) -> Result<Arc<dyn Field>> {
+    pub(super) fn everywhere(&self, section: &Section, key: &KeyRow, formula: &str) -> Result<Arc<dyn Field>> {
         let made = Expression::everywhere(formula, |name| self.named(name));
         Ok(Arc::new(made.map_err(|message| self.wrong(section, key, message))?))
     }
@@ -272,7 +270,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Error of a formula, or its interruption.
-    fn wrong(&self, section: &Section, key: &str, message: String) -> Error {
+    fn wrong(&self, section: &Section, key: &KeyRow, message: String) -> Error {
         if self.loader.control.interrupted() { Error::Interrupted } else { section.error(key, message) }
     }
 
@@ -287,8 +285,8 @@ impl<'a> Fields<'a> {
     }
 
     /// The field that the expression under `key` is, which the loader knows by a text.
-    fn made(&self, section: &Section, key: &str, said: &str) -> Result<Arc<dyn Field>> {
-        let formula = section.need_text(key)?;
+    fn made(&self, section: &Section, key: &Key<Formula, Required>, said: &str) -> Result<Arc<dyn Field>> {
+        let formula = section.read(key)?;
         let lookup = |name: &str| self.named(name);
         let is_long = Expression::names(formula).is_ok_and(|names| names.iter().any(|name| self.rough.contains(name)));
         self.loader.long_field(said, is_long, |inputs| {

@@ -4,26 +4,26 @@ use spectra::units::Angle;
 
 use crate::error::Result;
 use crate::image::{Glare, glare, optics};
-use crate::properties::{Key, Section};
+use crate::properties::{Key, KeyRow, Number, OrDefault, Section, Text};
 
-pub(super) const KEYS: &[Key] = &[
-    Key::optional("optics", "text", "hubble", "optics of the glare").of("optics"),
-    Key::optional("size", "number", "0.5", "size of spikes and rings: λ/D at 550 nm in thousandths of the longer edge"),
-    Key::optional("rotation", "angle", "0 deg", "rotation of the optics, counterclockwise"),
-    Key::optional("seeing", "number", "0", "seeing, full width at half maximum in thousandths of the longer edge"),
-    Key::optional("halo", "number", "0.02", "fraction of light in the halo"),
-];
+const OPTICS: Key<Text, OrDefault> = Key::text("optics", "optics of the glare").default("hubble").of("optics");
+const SIZE: Key<Number, OrDefault> =
+    Key::number("size", "size of spikes and rings: λ/D at 550 nm in thousandths of the longer edge").range(glare::SIZES).default(0.5);
+const ROTATION: Key<Angle, OrDefault> = Key::quantity::<Angle>("rotation", "rotation of the optics, counterclockwise").default("0 deg");
+const SEEING: Key<Number, OrDefault> =
+    Key::number("seeing", "seeing, full width at half maximum in thousandths of the longer edge").range(glare::SEEINGS).default(0.0);
+const HALO: Key<Number, OrDefault> = Key::number("halo", "fraction of light in the halo").range(glare::HALOS).default(0.02);
+
+pub(super) const KEYS: &[KeyRow] = &[OPTICS.row, SIZE.row, ROTATION.row, SEEING.row, HALO.row];
 
 pub(super) fn build(section: &Section) -> Result<Glare> {
-    let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
-    section.check_keys(&keys)?;
-    let plain = Glare::default();
-    let optics = section.text("optics")?.map(|name| section.wrap("optics", optics::named(name))).transpose()?;
+    section.check(KEYS)?;
+    let optics = section.wrap(&OPTICS, optics::named(section.read(&OPTICS)?))?;
     Ok(Glare {
-        optics: optics.unwrap_or(plain.optics),
-        size: section.number("size", glare::SIZES)?.unwrap_or(plain.size),
-        rotation: section.quantity::<Angle>("rotation")?.map_or(plain.rotation, |angle| angle.0),
-        seeing: section.number("seeing", glare::SEEINGS)?.unwrap_or(plain.seeing),
-        halo: section.number("halo", glare::HALOS)?.unwrap_or(plain.halo),
+        optics,
+        size: section.read(&SIZE)?,
+        rotation: section.read(&ROTATION)?.0,
+        seeing: section.read(&SEEING)?,
+        halo: section.read(&HALO)?,
     })
 }

@@ -9,7 +9,7 @@ use crate::curve;
 use crate::data::{InputNote, Inputs};
 use crate::error::Result;
 use crate::phase;
-use crate::properties::{Section, Table, Value};
+use crate::properties::{Key, Path, Required, Section, Table, Value};
 
 /// One way to read a file.
 struct Use {
@@ -36,12 +36,14 @@ pub fn inspect(file: &str, inputs: &Inputs) -> (Vec<InputNote>, Vec<(&'static st
     (inputs.notes(), refused)
 }
 
+const FILE: Key<Path, Required> = Key::path("file", "the file").required();
+
 /// Reads a curve and notes what it would be as a filter.
 fn curve_of(section: &Section, inputs: &Inputs) -> Result<()> {
-    let curve = curve::read(section, "file", Ordinate::FluxDensity, inputs)
-        .or_else(|_| curve::read(section, "file", Ordinate::Throughput, inputs))?;
+    let curve = curve::read(section, &FILE, Ordinate::FluxDensity, inputs)
+        .or_else(|_| curve::read(section, &FILE, Ordinate::Throughput, inputs))?;
     let counting = if curve.counts_photons == Some(true) { Counting::Photon } else { Counting::Energy };
-    let file = section.need_text("file")?;
+    let file = section.read(&FILE)?;
     let range = |values: &[f64]| values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
     let (low, high) = range(curve.table.y());
     let mut text = format!("values from {low} to {high}");

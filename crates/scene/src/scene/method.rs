@@ -1,14 +1,12 @@
 //! The `[method]` table: how spectral integrals are done, and how exact.
 
-use std::ops::RangeInclusive;
-
-use spectra::basis::CRITERIA;
+use spectra::basis::{CRITERIA, Criterion};
 use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::{RULES, RuleEntry, Settings};
 use spectra::units::Wavelength;
 
 use crate::error::{Error, Result};
-use crate::properties::{Key, Section};
+use crate::properties::{Choice, Choices, Integer, Key, KeyRow, Number, OrDefault, Quantities, Section, Text};
 use crate::stored::Precision;
 
 /// One row of the catalogue: a spectral rule and where star depths come from.
@@ -90,6 +88,18 @@ pub enum Sparsity {
     Never,
 }
 
+impl Choices for Sparsity {
+    const ROWS: &'static [(&'static str, Self)] = &[("auto", Self::Auto), ("always", Self::Always), ("never", Self::Never)];
+}
+
+impl Choices for Precision {
+    const ROWS: &'static [(&'static str, Self)] = &[("single", Self::Single), ("half", Self::Half)];
+}
+
+impl Choices for Criterion {
+    const ROWS: &'static [(&'static str, Self)] = &CRITERIA;
+}
+
 /// The method by which spectral integrals are done, and how exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Method {
@@ -126,15 +136,6 @@ const MAX_EXACT_STARS: i64 = 1_000_000;
 
 /// More bounces than any light lives.
 pub const MANY_BOUNCES: usize = 1000;
-
-/// Parameters of a method: nodes or elements, the range of a basis, the accuracy, voxels of a sampled function.
-const COUNT: RangeInclusive<i64> = 1..=4096;
-const RANGE: RangeInclusive<f64> = 1e-6..=1e6;
-const ACCURACY: RangeInclusive<f64> = 1e-9..=0.5;
-const BAKE: RangeInclusive<i64> = 4..=2048;
-/// Samples in a voxel edge, and voxels of star depths along one of dust.
-const STEPS_PER_VOXEL: RangeInclusive<f64> = 0.5..=100.0;
-const STAR_DEPTH_VOXELS: RangeInclusive<i64> = 1..=12;
 
 /// The accuracy that holds unless told otherwise.
 pub const DEFAULT_ACCURACY: f64 = 1e-3;
@@ -175,29 +176,20 @@ impl Method {
     /// # Errors
     /// If a number lies outside of what scene files may say.
     pub fn check(&self) -> Result<()> {
-        let whole = |what: &'static str, value: Option<usize>, range: RangeInclusive<i64>| match value {
-            Some(n) if !i64::try_from(n).is_ok_and(|n| range.contains(&n)) => {
-                Err(Error::out_of_range(what, n, format!("between {} and {}", range.start(), range.end())))
-            }
-            _ => Ok(()),
-        };
-        let number = |what: &'static str, value: Option<f64>, range: RangeInclusive<f64>| match value {
-            Some(v) if !range.contains(&v) => {
-                Err(Error::out_of_range(what, v, format!("between {:e} and {:e}", range.start(), range.end())))
-            }
-            _ => Ok(()),
-        };
         let Settings { count, domain_um, degree, range, .. } = &self.settings;
-        number("accuracy", Some(self.accuracy), ACCURACY)?;
-        whole("count", *count, COUNT)?;
-        whole("degree", Some(*degree), 0..=MAX_DEGREE as i64)?;
-        number("range", *range, RANGE)?;
-        whole("steps", self.steps, 1..=MAX_STEPS)?;
-        number("steps_per_voxel", self.steps_per_voxel, STEPS_PER_VOXEL)?;
-        whole("star_depth_voxels", self.star_depth_voxels, STAR_DEPTH_VOXELS)?;
-        whole("bake", self.bake, BAKE)?;
-        whole("bounces", Some(self.bounces), 1..=MANY_BOUNCES as i64)?;
-        whole("exact_stars", self.exact_stars, 0..=MAX_EXACT_STARS)?;
+        ACCURACY.check(self.accuracy)?;
+        DEGREE.check(*degree as f64)?;
+        BOUNCES.check(self.bounces as f64)?;
+        range.map_or(Ok(()), |range| RANGE.check(range))?;
+        self.steps_per_voxel.map_or(Ok(()), |steps| STEPS_PER_VOXEL.check(steps))?;
+        let counts = [
+            (&COUNT, *count),
+            (&STEPS, self.steps),
+            (&STAR_DEPTH_VOXELS, self.star_depth_voxels),
+            (&BAKE, self.bake),
+            (&EXACT_STARS, self.exact_stars),
+        ];
+        counts.iter().try_for_each(|(key, count)| count.map_or(Ok(()), |count| key.check(count as f64)))?;
         match domain_um {
             Some((low, high)) if !(*low > 0.0 && low < high && high.is_finite()) => {
                 Err(Error::out_of_range("domain", format!("{low} to {high} um"), "two ascending wavelengths above zero"))
@@ -207,127 +199,113 @@ impl Method {
     }
 }
 
-pub(super) const KEYS: &[Key] = &[
-    Key::optional("name", "text", "band_quadrature", "name in the catalogue `methods`").of("methods"),
-    Key::optional(
-        "accuracy",
-        "number",
-        "0.001",
-        "allowed error: spectral relative to the light without extinction, spatial relative to the image's rms",
-    ),
-    Key::optional(
-        "count",
-        "integer",
-        "chosen by accuracy",
-        "fixed number of nodes, intervals, elements or samples per band, for comparisons",
-    ),
-    Key::optional(
-        "domain",
-        "list of texts",
-        "that of each band (projection: that of all bands)",
-        "wavelength range of midpoint, gauss_legendre, preintegrated, analytic and projection, such as [\"300 nm\", \"1 um\"]",
-    ),
-    Key::optional("degree", "integer", "5", "degree of the spectral polynomials of analytic"),
-    Key::optional("range", "number", "largest depth of the scene", "largest optical depth of the basis of projection"),
-    Key::optional(
-        "criterion",
-        "text",
-        "mean",
-        "norm that the exponents of projection minimise over the range: mean error, largest error, or mean weighted by each filter",
-    ),
-    Key::optional("steps", "integer", "chosen by accuracy", "fixed number of samples per ray, for comparisons"),
-    Key::optional(
-        "steps_per_voxel",
-        "number",
-        "chosen by accuracy",
-        "fixed number of samples per voxel edge, 0.5 to 100; `steps` takes precedence",
-    ),
-    Key::optional(
-        "star_depth_voxels",
-        "integer",
-        "chosen by accuracy",
-        "fixed number of star-depth voxels per dust voxel edge, 1 to 12, within the memory limit",
-    ),
-    Key::optional("bake", "integer", "from the sampling error, 32 to 256", "voxels along the longest edge of sampled functions, 4 to 2048"),
-    Key::optional(
-        "volumes",
-        "text",
-        "single",
-        "precision of march volumes, single or half; half has errors of up to 1/700 and takes half of the memory",
-    ),
-    Key::optional(
-        "sparse",
-        "text",
-        "auto",
-        "omit volume pages of 16 x 16 x 16 voxels without dust and gas: auto, always or never; auto does so from 64 MiB on if it saves a quarter",
-    ),
-    Key::optional(
-        "bounces",
-        "integer",
-        "1",
-        "largest number of scatterings of starlight, 1000 for all; light of gas and background scatters one time less",
-    ),
-    Key::optional(
-        "exact_stars",
-        "integer",
-        "all of up to 8; of more, one that emits over half of the light",
-        "number of the brightest stars to march individually; the light of the others is aggregated in cells beyond the neighbourhood of each (methods of nodes only)",
-    ),
+const NAME: Key<Text, OrDefault> = Key::text("name", "name in the catalogue `methods`").default("band_quadrature").of("methods");
+const ACCURACY: Key<Number, OrDefault> =
+    Key::number("accuracy", "allowed error: spectral relative to the light without extinction, spatial relative to the image's rms")
+        .range(1e-9..=0.5)
+        .default(DEFAULT_ACCURACY);
+const COUNT: Key<Integer<usize>> = Key::integer("count", "fixed number of nodes, intervals, elements or samples per band, for comparisons")
+    .range(1..=4096)
+    .otherwise("chosen by accuracy");
+const DOMAIN: Key<Quantities<Wavelength>> =
+    Key::quantities("domain", "wavelength range of midpoint, gauss_legendre, preintegrated, analytic and projection")
+        .example("[\"300 nm\", \"1 um\"]")
+        .positive()
+        .otherwise("that of each band (projection: that of all bands)");
+const DEGREE: Key<Integer<usize>, OrDefault> =
+    Key::integer("degree", "degree of the spectral polynomials of analytic").range(0..=MAX_DEGREE as i64).default(5);
+const RANGE: Key<Number> =
+    Key::number("range", "largest optical depth of the basis of projection").range(1e-6..=1e6).otherwise("largest depth of the scene");
+const CRITERION: Key<Choice<Criterion>, OrDefault> = Key::choice(
+    "criterion",
+    "norm that the exponents of projection minimise over the range: mean error, largest error, or mean weighted by each filter",
+)
+.default("mean");
+const STEPS: Key<Integer<usize>> =
+    Key::integer("steps", "fixed number of samples per ray, for comparisons").range(1..=MAX_STEPS).otherwise("chosen by accuracy");
+const STEPS_PER_VOXEL: Key<Number> = Key::number("steps_per_voxel", "fixed number of samples per voxel edge")
+    .range(0.5..=100.0)
+    .otherwise("chosen by accuracy")
+    .excludes("steps");
+const STAR_DEPTH_VOXELS: Key<Integer<usize>> =
+    Key::integer("star_depth_voxels", "fixed number of star-depth voxels per dust voxel edge, within the memory limit")
+        .range(1..=12)
+        .example("2")
+        .otherwise("chosen by accuracy");
+const BAKE: Key<Integer<usize>> = Key::integer("bake", "voxels along the longest edge of sampled functions")
+    .range(4..=2048)
+    .otherwise("from the sampling error, 32 to 256");
+const VOLUMES: Key<Choice<Precision>, OrDefault> =
+    Key::choice("volumes", "precision of march volumes; half has errors of up to 1/700 and takes half of the memory").default("single");
+const SPARSE: Key<Choice<Sparsity>, OrDefault> = Key::choice(
+    "sparse",
+    "omit volume pages of 16 x 16 x 16 voxels without dust and gas; auto does so from 64 MiB on if it saves a quarter",
+)
+.default("auto");
+const BOUNCES: Key<Integer<usize>, OrDefault> =
+    Key::integer("bounces", "largest number of scatterings of starlight, 1000 for all; light of gas and background scatters one time less")
+        .range(1..=MANY_BOUNCES as i64)
+        .default(1);
+const EXACT_STARS: Key<Integer<usize>> = Key::integer(
+    "exact_stars",
+    "number of the brightest stars to march individually; the light of the others is aggregated in cells beyond the neighbourhood of each (methods of nodes only)",
+)
+.range(0..=MAX_EXACT_STARS)
+.otherwise("all of up to 8; of more, one that emits over half of the light");
+
+pub(super) const KEYS: &[KeyRow] = &[
+    NAME.row,
+    ACCURACY.row,
+    COUNT.row,
+    DOMAIN.row,
+    DEGREE.row,
+    RANGE.row,
+    CRITERION.row,
+    STEPS.row,
+    STEPS_PER_VOXEL.row,
+    STAR_DEPTH_VOXELS.row,
+    BAKE.row,
+    VOLUMES.row,
+    SPARSE.row,
+    BOUNCES.row,
+    EXACT_STARS.row,
 ];
 
 pub(super) fn build(section: Option<&Section>) -> Result<Method> {
     let Some(section) = section else { return Ok(Method::default()) };
-    let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
-    section.check_keys(&keys)?;
-    let domain_um = match section.texts("domain")? {
+    section.check(KEYS)?;
+    let domain_um = match section.read(&DOMAIN)? {
         None => None,
         Some(ends) => {
-            let wrong = || section.error("domain", "a domain must be two ascending wavelengths, such as [\"300 nm\", \"1 um\"]");
+            let wrong = || section.error(&DOMAIN, "a domain must be two ascending wavelengths, such as [\"300 nm\", \"1 um\"]");
             let &[low, high] = &ends[..] else { return Err(wrong()) };
-            let low: Wavelength = section.wrap("domain", low.parse())?;
-            let high: Wavelength = section.wrap("domain", high.parse())?;
-            if !(low.0 > 0.0 && low.0 < high.0) {
+            if low >= high {
                 return Err(wrong());
             }
             Some((low.0, high.0))
         }
     };
-    let names = CRITERIA.map(|(name, _)| name);
-    let criterion = section.choice("criterion", &names)?.unwrap_or(names[0]);
     let defaults = Settings::default();
     let settings = Settings {
-        count: section.integer("count", COUNT)?.map(|n| n as usize),
+        count: section.read(&COUNT)?,
         domain_um,
-        degree: section.integer("degree", 0..=MAX_DEGREE as i64)?.map_or(defaults.degree, |n| n as usize),
-        range: section.number("range", RANGE)?,
-        criterion: CRITERIA.iter().find(|c| c.0 == criterion).map_or(defaults.criterion, |c| c.1),
+        degree: section.read(&DEGREE)?,
+        range: section.read(&RANGE)?,
+        criterion: section.read(&CRITERION)?,
         ..defaults
     };
-    if section.has("steps") {
-        section.refuse(&["steps_per_voxel"], "no `steps`")?;
-    }
     let method = Method {
-        accuracy: section.number("accuracy", ACCURACY)?.unwrap_or(DEFAULT_ACCURACY),
+        accuracy: section.read(&ACCURACY)?,
         settings,
-        steps: section.integer("steps", 1..=MAX_STEPS)?.map(|n| n as usize),
-        steps_per_voxel: section.number("steps_per_voxel", STEPS_PER_VOXEL)?,
-        star_depth_voxels: section.integer("star_depth_voxels", STAR_DEPTH_VOXELS)?.map(|n| n as usize),
-        bake: section.integer("bake", BAKE)?.map(|n| n as usize),
-        volumes: match section.choice("volumes", &["single", "half"])? {
-            Some("half") => Precision::Half,
-            _ => Precision::Single,
-        },
-        sparse: match section.choice("sparse", &["auto", "always", "never"])? {
-            Some("always") => Sparsity::Always,
-            Some("never") => Sparsity::Never,
-            _ => Sparsity::Auto,
-        },
-        bounces: section.integer("bounces", 1..=MANY_BOUNCES as i64)?.map_or(1, |n| n as usize),
-        exact_stars: section.integer("exact_stars", 0..=MAX_EXACT_STARS)?.map(|n| n as usize),
+        steps: section.read(&STEPS)?,
+        steps_per_voxel: section.read(&STEPS_PER_VOXEL)?,
+        star_depth_voxels: section.read(&STAR_DEPTH_VOXELS)?,
+        bake: section.read(&BAKE)?,
+        volumes: section.read(&VOLUMES)?,
+        sparse: section.read(&SPARSE)?,
+        bounces: section.read(&BOUNCES)?,
+        exact_stars: section.read(&EXACT_STARS)?,
         ..Method::default()
     };
-    match section.text("name")? {
-        Some(name) => section.wrap("name", method.with_name(name)),
-        None => Ok(method),
-    }
+    section.wrap(&NAME, method.with_name(section.read(&NAME)?))
 }

@@ -23,7 +23,9 @@ mod method;
 mod motion;
 mod observation;
 mod output;
+mod parameters;
 mod proper_motion;
+mod root;
 pub mod schema;
 mod spectrograph;
 mod star;
@@ -48,6 +50,7 @@ pub use ionisation::tracer::RayTracer;
 pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, Sparsity, StarDepthSource, methods};
 pub use motion::Motion;
+pub use parameters::{Parameter, parameter, parameters};
 pub use spectrograph::Spectrograph;
 pub use star::Star;
 
@@ -61,7 +64,8 @@ use crate::image::{Display, Output, PixelScale};
 use crate::instrument::Instrument;
 use crate::memory;
 use crate::observation::{InUnit, Observation};
-use crate::properties::{Key, Place, Section, Table};
+use crate::properties::{Place, Section, Table};
+use root::*;
 
 /// Everything that is in front of the telescope, and the telescope.
 #[derive(Debug, Clone)]
@@ -126,32 +130,6 @@ impl Provenance {
         Sha256::digest(self.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }
-
-/// Keys of the scene itself.
-const ROOT: &[Key] = &[
-    Key::optional("name", "text", "the file's name", "name of the scene"),
-    Key::optional("description", "text", "", "what it shows"),
-    Key::optional("bands", "text or list", "johnson", "a set of passbands, or a list of embedded ones").of("passband-sets"),
-    Key::required("camera", "table", "position of the observer"),
-    Key::optional("field", "tables by name", "none", "scalar fields, [field.NAME]"),
-    Key::optional("dust", "table", "none", "dust that absorbs and scatters"),
-    Key::optional("emission", "list of tables", "none", "emitting gas, [[emission]]"),
-    Key::optional("gas", "table", "none", "gas ionised by the stars"),
-    Key::optional("detail", "table", "none", "density structure below the voxels"),
-    Key::optional("star", "list of tables", "none", "stars, [[star]]"),
-    Key::optional("star_table", "list of tables", "none", "stars of a CSV, [[star_table]]"),
-    Key::optional("background", "table", "none", "what lies behind"),
-    Key::optional("band", "list of tables", "none", "custom passbands, [[band]]; they replace the default of `bands`"),
-    Key::optional("spectrograph", "table", "none", "hundreds of narrow passbands instead of `bands`: a spectral cube"),
-    Key::optional("bookmark", "tables by name", "none", "saved views, [bookmark.NAME]"),
-    Key::optional("display", "table", "defaults", "palette and stretch of pictures"),
-    Key::optional("observation", "table", "none", "sky position of the image, and the unit of FITS files"),
-    Key::optional("instrument", "table", "none", "instrument for `barnard observe`, which writes frames and a master"),
-    Key::optional("output", "table", "defaults", "layers and encoding of output files"),
-    Key::optional("method", "table", "defaults", "method of spectral integrals"),
-    Key::optional("animation", "list of tables", "none", "animated keys, [[animation]]"),
-    Key::optional("sequence", "table", "defaults", "frames of an animated scene"),
-];
 
 /// (name, summary) of the kinds of spectrum that stars and backgrounds choose from.
 pub fn star_spectra() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -290,46 +268,44 @@ impl Scene {
     /// If a key is unknown or missing, or a value is out of range.
     pub fn still(table: &Table, name: &str, loader: &Loader, film: Option<Film>) -> Result<Self> {
         let root = &Section::root(table);
-        root.check_keys(&ROOT.iter().map(|k| k.name).collect::<Vec<_>>())?;
+        root.check(ROOT)?;
         let loader = &loader.recording();
         let inputs = &loader.inputs;
-        let need = |key: &str| root.table(key)?.ok_or_else(|| root.error(key, format!("the scene has no {key}; add [{key}]")));
-        let camera = camera::build(&need("camera")?, inputs)?;
+        let camera = camera::build(&root.read(&CAMERA)?, inputs)?;
         let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, inputs, &camera)?));
-        let bookmarks = root.named_tables("bookmark")?.into_iter().map(bookmark).collect::<Result<_>>()?;
-        let spectrograph = root.table("spectrograph")?.map(|s| spectrograph::build(&s).map(|own| (own, s))).transpose()?;
+        let bookmarks = root.read(&BOOKMARK)?.unwrap_or_default().into_iter().map(bookmark).collect::<Result<_>>()?;
+        let spectrograph = root.read(&SPECTROGRAPH)?.map(|s| spectrograph::build(&s).map(|own| (own, s))).transpose()?;
         let bands = match &spectrograph {
             Some((own, section)) => {
-                root.refuse(&["bands", "band"], "custom passbands, without [spectrograph]")?;
+                root.refuse(&[&band::BANDS.row, &BAND.row], "custom passbands, without [spectrograph]")?;
                 spectrograph::bands(section, own)?
             }
             None => band::build(root, inputs)?,
         };
         let mut spectrograph = spectrograph.map(|(own, _)| own);
         let stars = star_table::stars(root, loader)?;
-        let display = display::build(root.table("display")?.as_ref(), &bands)?;
-        let observation = root.table("observation")?.map(|s| observation::build(&s)).transpose()?;
-        let background = root.table("background")?.map(|s| Self::behind(&s, loader, observation.as_ref())).transpose()?;
-        let instrument =
-            root.table("instrument")?.map(|s| Instrument::from_properties(s.properties(), inputs).map(Arc::new)).transpose()?;
-        let output = output::build(root.table("output")?.as_ref())?;
-        let method = method::build(root.table("method")?.as_ref())?;
-        let detail = root.table("detail")?.map(|s| detail::build(&s)).transpose()?;
+        let display = display::build(root.read(&DISPLAY)?.as_ref(), &bands)?;
+        let observation = root.read(&OBSERVATION)?.map(|s| observation::build(&s)).transpose()?;
+        let background = root.read(&BACKGROUND)?.map(|s| Self::behind(&s, loader, observation.as_ref())).transpose()?;
+        let instrument = root.read(&INSTRUMENT)?.map(|s| Instrument::from_properties(s.properties(), inputs).map(Arc::new)).transpose()?;
+        let output = output::build(root.read(&OUTPUT)?.as_ref())?;
+        let method = method::build(root.read(&METHOD)?.as_ref())?;
+        let detail = root.read(&DETAIL)?.map(|s| detail::build(&s)).transpose()?;
         // Fields may take long: whatever else the text says is read first.
         let fields = Fields::new(root, loader)?;
-        let dust = root.table("dust")?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
+        let dust = root.read(&DUST)?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
         let (mut emission, mut at_rest) = (Vec::new(), Vec::new());
-        for s in root.tables("emission")? {
+        for s in root.read(&EMISSION)?.unwrap_or_default() {
             let Emission { name, density, spectrum } = emission::build(&s, loader, &fields)?;
             at_rest.extend(spectrum.lines().iter().map(|line| line.lambda_um));
             emission.extend(Self::moving(&s, &fields, (name, density, spectrum), &camera, loader)?);
         }
         let mut ionised = None;
-        if let Some(gas) = root.table("gas")? {
+        if let Some(gas) = root.read(&GAS)? {
             // The mean over the stars of several moments.
             let solved = |moments: &[&[Star]]| {
                 let stars: String = moments.iter().map(|stars| star::said(stars)).collect();
-                let key = format!("{gas} {stars} through {bands}", gas = gas.said(), bands = band::said(&bands));
+                let key = format!("{gas} {stars} through {bands}", gas = gas.canonical(), bands = band::said(&bands));
                 loader.gas(&format!("{key} of {}", fields.said()), || {
                     gas::mean(moments, |stars| gas::build(&gas, loader, &fields, stars, &bands))
                 })
@@ -357,8 +333,8 @@ impl Scene {
         }
         let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas: &Arc<IonisedGas>| gas.is_rough);
         let scene = Self {
-            name: root.text("name")?.unwrap_or(name).to_owned(),
-            description: root.text("description")?.unwrap_or("").to_owned(),
+            name: root.read(&NAME)?.unwrap_or(name).to_owned(),
+            description: root.read(&DESCRIPTION)?.unwrap_or("").to_owned(),
             camera,
             bookmarks,
             dust,
@@ -397,8 +373,8 @@ impl Scene {
     /// Reads what lies behind the cloud; stars of a catalogue that was read before are taken again.
     fn behind(section: &Section, loader: &Loader, observation: Option<&Observation>) -> Result<Background> {
         let placed = |table: Section| {
-            table.check_keys(&catalogue::KEYS.iter().map(|k| k.name).collect::<Vec<_>>())?;
-            let stars = loader.catalogue(&table.said(), || catalogue::build(&table, &loader.inputs))?;
+            table.check(catalogue::KEYS)?;
+            let stars = loader.catalogue(&table.canonical(), || catalogue::build(&table, &loader.inputs))?;
             catalogue::placed(&table, stars, observation)
         };
         let catalogue = section.table("catalogue")?.map(placed).transpose()?;
@@ -529,6 +505,6 @@ fn placed(error: Error, root: &Section) -> Error {
     let Error::Scene { message, place } = error else { return error };
     let own = if place.path.is_empty() { place.key.as_str() } else { place.path.split('.').next().unwrap_or("") };
     // Passbands of one's own stand elsewhere.
-    let key = if own == "bands" && root.has("band") { "band" } else { own };
+    let key = if own == "bands" && root.has(&BAND) { "band" } else { own };
     root.error(key, message)
 }

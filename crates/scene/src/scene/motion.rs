@@ -15,36 +15,36 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::units::Velocity;
 
-use super::fields::{self, Fields};
+use super::fields::Fields;
 use super::gas::ionised::Glow;
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
-use crate::properties::{Key, Section};
+use crate::properties::{Key, OrDefault, Section, Texts};
 
 /// The keys of gas that moves.
-pub(super) const VELOCITY: Key = Key::optional(
-    fields::VELOCITY,
-    "list of texts",
-    "at rest",
+pub(super) const VELOCITY: Key<Texts> = Key::texts(
+    "velocity",
     "velocity along x, y and z in km/s, three expressions such as [\"20*x\", \"20*y\", \"20*z\"]; lines are Doppler-shifted as seen from the scene's camera",
-);
-pub(super) const STEP: Key = Key::optional("velocity_step", "velocity", "10 km/s", "velocity resolution; use half of a channel or less");
+)
+.otherwise("at rest")
+.example("[\"0\", \"0\", \"20*z\"]");
+pub(super) const STEP: Key<Velocity, OrDefault> =
+    Key::quantity::<Velocity>("velocity_step", "velocity resolution; use half of a channel or less")
+        .positive()
+        .default("10 km/s")
+        .needs("velocity");
 
 /// Motion of the gas of a table, if given.
 pub(super) fn of(section: &Section, fields: &Fields) -> Result<Option<Motion>> {
-    let Some(formulas) = section.texts(VELOCITY.name)? else {
-        section.refuse(&[STEP.name], "\"velocity\"")?;
-        return Ok(None);
-    };
+    let Some(formulas) = section.read(&VELOCITY)? else { return Ok(None) };
     let [x, y, z] = formulas[..] else {
-        return Err(section.error(VELOCITY.name, "a velocity must have three components, such as [\"0\", \"0\", \"20*z\"] in km/s"));
+        return Err(section.error(&VELOCITY, "a velocity must have three components, such as [\"0\", \"0\", \"20*z\"] in km/s"));
     };
-    let component = |formula: &str| fields.everywhere(section, VELOCITY.name, formula);
-    let step = section.positive::<Velocity>(STEP.name)?.map_or(10.0, |velocity| velocity.0);
-    Ok(Some(Motion { components: [component(x)?, component(y)?, component(z)?], step }))
+    let component = |formula: &str| fields.everywhere(section, &VELOCITY.row, formula);
+    Ok(Some(Motion { components: [component(x)?, component(y)?, component(z)?], step: section.read(&STEP)?.0 }))
 }
 
 /// The velocity of gas: its components along x, y and z [km s⁻¹], fields that may be negative.

@@ -2,48 +2,38 @@
 
 use spectra::units::{Angle, Length};
 
-use super::output::named;
 use crate::camera::{Camera, Projection};
 use crate::error::{Error, Result};
 use crate::observation::{Observation, RadianceUnit, SkyFrame, SkyPlace};
-use crate::properties::{Key, Section};
+use crate::properties::{Choice, Key, KeyRow, OrDefault, Required, Section, Text};
 
-pub(super) const KEYS: &[Key] = &[
-    Key::required(
-        "target",
-        "text",
-        "sky position of the centre of the whole image (of a dome: its axis, the zenith unless tilted): \"18h18m48s -13d49m\", \"18:18:48 -13:49:00\" or \"274.7 -13.82\" in degrees",
-    ),
-    Key::optional("frame", "text", "icrs", "frame of the target: icrs or galactic"),
-    Key::optional(
-        "position_angle",
-        "angle",
-        "0 deg",
-        "position angle of the image's up direction, from north through east; at 0 deg north is up and east left",
-    ),
-    Key::optional(
-        "distance",
-        "length",
-        "none",
-        "distance of the centre of an orthographic image, which converts lengths to angles; required there, unused by other cameras",
-    ),
-    Key::optional(
-        "unit",
-        "text",
-        "W m-2 sr-1",
-        "unit of FITS files: W m-2 sr-1, erg s-1 cm-2 arcsec-2, MJy/sr, R (Rayleigh), photon s-1 m-2 sr-1, electron s-1, mag/arcsec2 AB, mag/arcsec2 ST or mag/arcsec2 Vega",
-    ),
-];
+const TARGET: Key<Text, Required> = Key::text(
+    "target",
+    "sky position of the centre of the whole image (of a dome: its axis, the zenith unless tilted): \"18h18m48s -13d49m\", \"18:18:48 -13:49:00\" or \"274.7 -13.82\" in degrees",
+)
+.required();
+const FRAME: Key<Choice<SkyFrame>, OrDefault> = Key::choice("frame", "frame of the target").default("icrs");
+const POSITION_ANGLE: Key<Angle, OrDefault> = Key::quantity::<Angle>(
+    "position_angle",
+    "position angle of the image's up direction, from north through east; at 0 deg north is up and east left",
+)
+.default("0 deg");
+const DISTANCE: Key<Length> = Key::quantity::<Length>(
+    "distance",
+    "distance of the centre of an orthographic image, which converts lengths to angles; required there, unused by other cameras",
+)
+.positive();
+const UNIT: Key<Choice<RadianceUnit>, OrDefault> = Key::choice("unit", "unit of FITS files; R is Rayleigh").default("W m-2 sr-1");
+
+pub(super) const KEYS: &[KeyRow] = &[TARGET.row, FRAME.row, POSITION_ANGLE.row, DISTANCE.row, UNIT.row];
 
 pub(super) fn build(section: &Section) -> Result<Observation> {
-    let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
-    section.check_keys(&keys)?;
-    let frame = named(section, "frame", SkyFrame::ROWS)?;
+    section.check(KEYS)?;
     Ok(Observation {
-        target: section.wrap("target", SkyPlace::parse(frame, section.need_text("target")?))?,
-        position_angle: section.quantity::<Angle>("position_angle")?.map_or(0.0, |angle| angle.0),
-        distance_pc: section.positive::<Length>("distance")?.map(|length| length.0),
-        unit: named(section, "unit", RadianceUnit::ROWS)?,
+        target: section.wrap(&TARGET, SkyPlace::parse(section.read(&FRAME)?, section.read(&TARGET)?))?,
+        position_angle: section.read(&POSITION_ANGLE)?.0,
+        distance_pc: section.read(&DISTANCE)?.map(|length| length.0),
+        unit: section.read(&UNIT)?,
     })
 }
 

@@ -4,27 +4,33 @@ use crate::error::Result;
 use crate::image::{ColourSpace, Compression, Glare, LayerChannels, LayerChoice, Output};
 use crate::light::Part;
 use crate::memory;
-use crate::properties::{Key, Section, Table};
+use crate::properties::{Choice, Choices, Key, KeyRow, OrDefault, Section, Table, Texts};
 
 use super::Scene;
 
-pub(super) const KEYS: &[Key] = &[
-    Key::optional("layers", "list of texts", "[]", "layers of an .exr or a .fits: light, depth, tau, all or none"),
-    Key::optional(
-        "channels",
-        "text",
-        "rgb",
-        "contents of light layers: rgb (linear colours at the picture's exposure) or bands (radiances)",
-    ),
-    Key::optional("color_space", "text", "rec709", "primaries of linear colours in an .exr: rec709 or acescg"),
-    Key::optional("precision", "text", "half", "precision of colours in an .exr: half or float; radiances are always float"),
-    Key::optional(
-        "compression",
-        "text",
-        "zip",
-        "compression of an .exr: none, rle, zips, zip, piz or pxr24; pxr24 keeps 24 bits per radiance",
-    ),
-];
+const LAYERS: Key<Texts, OrDefault> =
+    Key::texts("layers", "layers of an .exr or a .fits: light, depth, tau, all or none").default(&[]).example("[\"all\"]");
+const CHANNELS: Key<Choice<LayerChannels>, OrDefault> =
+    Key::choice("channels", "contents of light layers: rgb (linear colours at the picture's exposure) or bands (radiances)").default("rgb");
+const COLOR_SPACE: Key<Choice<ColourSpace>, OrDefault> =
+    Key::choice("color_space", "primaries of linear colours in an .exr").default("rec709");
+const PRECISION: Key<Choice<ColourPrecision>, OrDefault> =
+    Key::choice("precision", "precision of colours in an .exr; radiances are always float").default("half");
+const COMPRESSION: Key<Choice<Compression>, OrDefault> =
+    Key::choice("compression", "compression of an .exr; pxr24 keeps 24 bits per radiance").default("zip");
+
+pub(super) const KEYS: &[KeyRow] = &[LAYERS.row, CHANNELS.row, COLOR_SPACE.row, PRECISION.row, COMPRESSION.row];
+
+/// Precision of the colours of an .exr.
+#[derive(Clone, Copy)]
+enum ColourPrecision {
+    Half,
+    Float,
+}
+
+impl Choices for ColourPrecision {
+    const ROWS: &'static [(&'static str, Self)] = &[("half", Self::Half), ("float", Self::Float)];
+}
 
 impl Scene {
     /// Scene as rendered for files: without layers where no file stores them.
@@ -48,25 +54,17 @@ impl Scene {
     }
 }
 
-/// The value that a key names; the default where it is not said.
-pub(super) fn named<T: Copy + Default>(section: &Section, key: &str, rows: &'static [(&'static str, T)]) -> Result<T> {
-    let names: Vec<&'static str> = rows.iter().map(|(name, _)| *name).collect();
-    let name = section.choice(key, &names)?;
-    Ok(rows.iter().find(|(own, _)| Some(*own) == name).map_or_else(T::default, |(_, value)| *value))
-}
-
 pub(super) fn build(section: Option<&Section>) -> Result<Output> {
     let Some(section) = section else { return Ok(Output::default()) };
-    let keys: Vec<&str> = KEYS.iter().map(|k| k.name).collect();
-    section.check_keys(&keys)?;
-    let layers = LayerChoice::named(&section.texts("layers")?.unwrap_or_default());
-    let layers = layers.map_err(|message| section.error("layers", message))?;
+    section.check(KEYS)?;
+    let layers = LayerChoice::named(&section.read(&LAYERS)?);
+    let layers = layers.map_err(|message| section.error(&LAYERS, message))?;
     Ok(Output {
         layers,
-        channels: named(section, "channels", LayerChannels::ROWS)?,
-        colours: named(section, "color_space", ColourSpace::ROWS)?,
-        single: section.choice("precision", &["half", "float"])? == Some("float"),
-        compression: named(section, "compression", Compression::ROWS)?,
+        channels: section.read(&CHANNELS)?,
+        colours: section.read(&COLOR_SPACE)?,
+        single: matches!(section.read(&PRECISION)?, ColourPrecision::Float),
+        compression: section.read(&COMPRESSION)?,
     })
 }
 

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::instrument::psf;
 pub use crate::properties::KindRow;
-use crate::properties::{Key, Kind};
+use crate::properties::{KeyRow, Kind};
 use crate::{animation, camera, phase};
 
 /// One table of a scene file.
@@ -18,7 +18,7 @@ pub struct TableRow {
     /// Description of the table.
     pub text: &'static str,
     /// Keys that it has whatever its kind.
-    pub keys: &'static [Key],
+    pub keys: &'static [KeyRow],
     /// The kinds that its key `kind` chooses from; empty where it has no such key.
     pub kinds: fn() -> Vec<KindRow>,
     /// Catalogues that its keys name: headline and name.
@@ -275,8 +275,8 @@ impl TableRow {
     }
 
     /// The keys of one kind; those of every kind alone where there is no such kind.
-    pub fn keys_of(&self, kind: Option<&str>) -> impl Iterator<Item = &'static Key> {
-        let own = (self.kinds)().into_iter().find(|k| Some(k.name) == kind).map_or(&[] as &[Key], |k| k.keys);
+    pub fn keys_of(&self, kind: Option<&str>) -> impl Iterator<Item = &'static KeyRow> {
+        let own = (self.kinds)().into_iter().find(|k| Some(k.name) == kind).map_or(&[] as &[KeyRow], |k| k.keys);
         own.iter().chain(self.keys)
     }
 }

@@ -5,20 +5,26 @@ use spectra::units::Wavelength;
 
 use crate::error::Result;
 use crate::image::SpectralAxis;
-use crate::properties::{Key, Section};
+use crate::properties::{Integer, Key, KeyRow, Number, Required, Section};
 
-pub(super) const KEYS: &[Key] = &[
-    Key::required("low", "wavelength", "lower edge of the first channel"),
-    Key::required("high", "wavelength", "upper edge of the last channel"),
-    Key::required("count", "integer", "number of channels of equal width in wavelength, up to 4096"),
-    Key::optional(
-        "resolving_power",
-        "number",
-        "none",
-        "resolving power: wavelength over the full width at half maximum of a Gaussian line; by default channels have sharp edges",
-    ),
-    Key::optional("rest_wavelength", "wavelength", "the only line in range", "vacuum wavelength of the line for velocities (RESTWAV)"),
-];
+const LOW: Key<Wavelength, Required> =
+    Key::quantity::<Wavelength>("low", "lower edge of the first channel").example("\"400 nm\"").positive().required();
+const HIGH: Key<Wavelength, Required> =
+    Key::quantity::<Wavelength>("high", "upper edge of the last channel").example("\"700 nm\"").positive().required();
+const COUNT: Key<Integer<usize>, Required> =
+    Key::integer("count", "number of channels of equal width in wavelength").range(1..=MAX_CHANNELS).example("200").required();
+const RESOLVING_POWER: Key<Number> = Key::number(
+    "resolving_power",
+    "resolving power: wavelength over the full width at half maximum of a Gaussian line; by default channels have sharp edges",
+)
+.range(1.0..=1e7)
+.example("3000.0");
+const REST_WAVELENGTH: Key<Wavelength> =
+    Key::quantity::<Wavelength>("rest_wavelength", "vacuum wavelength of the line for velocities (RESTWAV)")
+        .positive()
+        .otherwise("the only line in range");
+
+pub(super) const KEYS: &[KeyRow] = &[LOW.row, HIGH.row, COUNT.row, RESOLVING_POWER.row, REST_WAVELENGTH.row];
 
 /// Most channels.
 const MAX_CHANNELS: i64 = 4096;
@@ -67,24 +73,23 @@ impl Spectrograph {
 }
 
 pub(super) fn build(section: &Section) -> Result<Spectrograph> {
-    section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
-    let (low, high) = (section.need_positive::<Wavelength>("low")?.0, section.need_positive::<Wavelength>("high")?.0);
+    section.check(KEYS)?;
+    let (low, high) = (section.read(&LOW)?.0, section.read(&HIGH)?.0);
     if high <= low {
-        return Err(section.error("high", "high must exceed low"));
+        return Err(section.error(&HIGH, "high must exceed low"));
     }
-    let missing = || section.error("count", "key \"count\" is required; write it like count = 200");
-    let count = section.integer("count", 1..=MAX_CHANNELS)?.ok_or_else(missing)? as usize;
+    let count = section.read(&COUNT)?;
     let step_um = (high - low) / count as f64;
-    let rest_um = section.positive::<Wavelength>("rest_wavelength")?.map(|rest| rest.0);
-    let resolving_power = section.number("resolving_power", 1.0..=1e7)?;
+    let rest_um = section.read(&REST_WAVELENGTH)?.map(|rest| rest.0);
+    let resolving_power = section.read(&RESOLVING_POWER)?;
     let spectrograph = Spectrograph { axis: SpectralAxis { first_um: low + 0.5 * step_um, step_um, count, rest_um, resolving_power } };
-    section.wrap("low", spectrograph.channel(0))?;
+    section.wrap(&LOW, spectrograph.channel(0))?;
     Ok(spectrograph)
 }
 
 /// The passbands of all channels.
 pub(super) fn bands(section: &Section, spectrograph: &Spectrograph) -> Result<Vec<Passband>> {
-    (0..spectrograph.axis.count).map(|number| section.wrap("count", spectrograph.channel(number))).collect()
+    (0..spectrograph.axis.count).map(|number| section.wrap(&COUNT, spectrograph.channel(number))).collect()
 }
 
 #[cfg(test)]

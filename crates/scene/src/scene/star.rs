@@ -13,7 +13,9 @@ use spectra::units::{Length, Luminosity, Magnitude, SpectralLuminosity, Temperat
 use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
-use crate::properties::{Key, Kind, Section, build_kind_with};
+use crate::properties::{
+    Choice, Choices, Flag, Key, KeyRow, Kind, Number, OrDefault, Path, Position, Required, Section, Text, build_kind_with,
+};
 
 /// A star: a point that shines.
 #[derive(Debug, Clone)]
@@ -92,70 +94,101 @@ impl Star {
     }
 }
 
-/// Temperatures of black bodies whose light has a number at every wavelength that a passband may have [K].
-const TEMPERATURES: std::ops::RangeInclusive<f64> = 1.0..=1e9;
+// Black bodies of these temperatures emit a finite number at every wavelength that a passband may have.
+const TEMPERATURE: Key<Temperature, Required> =
+    Key::quantity::<Temperature>("temperature", "effective temperature").range(1.0..=1e9).required();
+const TYPE: Key<Text, Required> =
+    Key::text("type", "spectral type in the catalogue `stars`, such as \"O9.5V\" or \"K0 III\"").required().of("stars");
+const OF_ATMOSPHERE: Key<Temperature, Required> =
+    Key::quantity::<Temperature>("temperature", "effective temperature, 10000 to 50000 K").positive().required();
+const LOG_G: Key<Number, OrDefault> =
+    Key::number("log_g", "surface gravity, log10 of cm s-2; hotter stars require higher values").range(-1.0..=9.0).default(4.5);
+const EXPONENT: Key<Number, Required> = Key::number("exponent", "exponent in wavelength").range(-50.0..=50.0).required().example("-2.0");
+const REFERENCE: Key<Wavelength, OrDefault> =
+    Key::quantity::<Wavelength>("reference", "wavelength of strength 1").positive().default("550 nm");
+const FILE: Key<Path, Required> = Key::path("file", "text, ECSV, VOTable or FITS table of wavelength and flux density").required();
+/// Noun of the group of keys that set the brightness.
+const SCALE: &str = "scale";
+
+const NAME: Key<Text> = Key::text("name", "its name").otherwise("star N");
+const POSITION: Key<Position, Required> = Key::position("position", "where it is").required();
+const VISIBLE: Key<Flag, OrDefault> = Key::flag("visible", "draw the star itself as an unresolved source").default(true);
+const LUMINOSITY: Key<Luminosity> = Key::quantity::<Luminosity>("luminosity", "bolometric luminosity").positive().one_of(SCALE);
+const RADIUS: Key<Length> =
+    Key::quantity::<Length>("radius", "radius, for black bodies and atmospheres, such as \"9.9 Rsun\"").positive().one_of(SCALE);
+const SPECTRAL_LUMINOSITY: Key<SpectralLuminosity> =
+    Key::quantity::<SpectralLuminosity>("spectral_luminosity", "luminosity per wavelength at `wavelength`").positive().one_of(SCALE);
+const WAVELENGTH: Key<Wavelength, OrDefault> = Key::quantity::<Wavelength>("wavelength", "wavelength of spectral_luminosity")
+    .positive()
+    .default("550 nm")
+    .needs("spectral_luminosity");
+const MAGNITUDE: Key<Magnitude> =
+    Key::quantity::<Magnitude>("magnitude", "apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`").one_of(SCALE);
+const EXTINCTION: Key<Magnitude, OrDefault> =
+    Key::quantity::<Magnitude>("extinction", "A_V between the star and the observer of its magnitude; it is removed")
+        .not_negative()
+        .default("0 mag")
+        .needs("magnitude");
+const EXTINCTION_LAW: Key<Text, OrDefault> = Key::text("extinction_law", "extinction law of that dust, with R_V = 3.1 where it applies")
+    .default("gordon23")
+    .of("laws")
+    .needs("extinction");
+const MAGNITUDE_BAND: Key<Text, OrDefault> =
+    Key::text("magnitude_band", "an embedded passband").default("johnson-V").of("passbands").needs("magnitude");
+const DISTANCE: Key<Length> =
+    Key::quantity::<Length>("distance", "distance of the observer of the magnitude").positive().required_with("magnitude");
+pub(super) const MAGNITUDE_SYSTEM: Key<Choice<MagnitudeSystem>> = Key::choice("magnitude_system", "zero point of magnitudes")
+    .otherwise("vega; required for passbands without conventional Vega magnitudes");
+
+impl Choices for MagnitudeSystem {
+    const ROWS: &'static [(&'static str, Self)] = &[("vega", Self::Vega), ("ab", Self::Ab)];
+}
 
 /// All shapes of spectra that a star may have.
 pub(super) const SPECTRA: &[Kind<StarShape>] = &[
     Kind {
         name: "blackbody",
         summary: "Planck function of a temperature",
-        keys: &[Key::required("temperature", "temperature", "effective temperature")],
-        build: |section, _| {
-            let temperature = section.need_positive::<Temperature>("temperature")?;
-            if !TEMPERATURES.contains(&temperature.0) {
-                let message =
-                    format!("{temperature} is out of range; it must be between {:e} and {:e} K", TEMPERATURES.start(), TEMPERATURES.end());
-                return Err(section.error("temperature", message));
-            }
-            Ok(StarShape::BlackBody(temperature))
-        },
+        keys: &[TEMPERATURE.row],
+        build: |section, _| Ok(StarShape::BlackBody(section.read(&TEMPERATURE)?)),
     },
     Kind {
         name: "stellar",
         summary: "spectrum of a spectral type (library of Pickles 1998, interpolated between types)",
-        keys: &[Key::required("type", "text", "spectral type in the catalogue `stars`, such as \"O9.5V\" or \"K0 III\"").of("stars")],
-        build: |section, _| Ok(StarShape::Table(section.wrap("type", sed::star(section.need_text("type")?))?)),
+        keys: &[TYPE.row],
+        build: |section, _| Ok(StarShape::Table(section.wrap(&TYPE, sed::star(section.read(&TYPE)?))?)),
     },
     Kind {
         name: "atmosphere",
         summary: "model atmosphere of a hot star (Kurucz 1993, 10000 to 50000 K)",
-        keys: &[
-            Key::required("temperature", "temperature", "effective temperature, 10000 to 50000 K"),
-            Key::optional("log_g", "number", "4.5", "surface gravity, log10 of cm s-2; hotter stars require higher values"),
-        ],
+        keys: &[OF_ATMOSPHERE.row, LOG_G.row],
         build: |section, _| {
-            let temperature = section.need_positive::<Temperature>("temperature")?;
-            let log_g = section.number("log_g", -1.0..=9.0)?.unwrap_or(4.5);
-            let key = if section.has("log_g") { "log_g" } else { "temperature" };
+            let temperature = section.read(&OF_ATMOSPHERE)?;
+            let log_g = section.read(&LOG_G)?;
+            let key = if section.has(&LOG_G) { &LOG_G.row } else { &OF_ATMOSPHERE.row };
             Ok(StarShape::Surface(temperature, section.wrap(key, sed::atmosphere(temperature, log_g))?))
         },
     },
     Kind {
         name: "power_law",
         summary: "(lambda/reference)^exponent",
-        keys: &[
-            Key::required("exponent", "number", "exponent in wavelength"),
-            Key::optional("reference", "wavelength", "550 nm", "wavelength of strength 1"),
-        ],
+        keys: &[EXPONENT.row, REFERENCE.row],
         build: |section, _| {
-            let exponent = section.number("exponent", -50.0..=50.0)?;
-            let exponent =
-                exponent.ok_or_else(|| section.error("exponent", "key \"exponent\" is required; write it like exponent = -2"))?;
-            let reference = section.positive::<Wavelength>("reference")?.unwrap_or(Wavelength(0.55));
+            let exponent = section.read(&EXPONENT)?;
+            let reference = section.read(&REFERENCE)?;
             Ok(StarShape::Other(Arc::new(PowerLaw { reference, exponent })))
         },
     },
     Kind {
         name: "file",
         summary: "from a file of wavelength and flux",
-        keys: &[Key::required("file", "path", "text, ECSV, VOTable or FITS table of wavelength and flux density"), UNIT, COLUMN],
+        keys: &[FILE.row, UNIT.row, COLUMN.row],
         build: |section, inputs| {
-            let file = section.need_text("file")?;
-            let table = curve::read(section, "file", Ordinate::FluxDensity, inputs)?.table;
+            let file = section.read(&FILE)?;
+            let table = curve::read(section, &FILE, Ordinate::FluxDensity, inputs)?.table;
             if let Some(i) = table.y().iter().position(|f| *f < 0.0) {
                 return Err(
-                    section.error("file", format!("{file}: the flux is negative at {:.4} um; it must be at least zero", table.x()[i]))
+                    section.error(&FILE, format!("{file}: the flux is negative at {:.4} um; it must be at least zero", table.x()[i]))
                 );
             }
             Ok(StarShape::Table(Arc::new(table)))
@@ -164,89 +197,59 @@ pub(super) const SPECTRA: &[Kind<StarShape>] = &[
 ];
 
 /// The keys that every star takes.
-pub(super) const KEYS: &[Key] = &[
-    Key::optional("name", "text", "star N", "its name"),
-    Key::required("position", "position", "where it is"),
-    Key::optional("visible", "boolean", "true", "draw the star itself as an unresolved source"),
-    Key::optional("luminosity", "luminosity", "exactly one scale is required", "bolometric luminosity"),
-    Key::optional("radius", "length", "exactly one scale is required", "radius, for black bodies and atmospheres, such as \"9.9 Rsun\""),
-    Key::optional(
-        "spectral_luminosity",
-        "spectral luminosity",
-        "exactly one scale is required",
-        "luminosity per wavelength at `wavelength`",
-    ),
-    Key::optional("wavelength", "wavelength", "550 nm", "wavelength of spectral_luminosity"),
-    Key::optional(
-        "magnitude",
-        "magnitude",
-        "exactly one scale is required",
-        "apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`",
-    ),
-    Key::optional("extinction", "magnitude", "0", "A_V between the star and the observer of its magnitude; it is removed"),
-    Key::optional("extinction_law", "text", "gordon23", "extinction law of that dust, with R_V = 3.1 where it applies").of("laws"),
-    Key::optional("magnitude_band", "text", "johnson-V", "an embedded passband").of("passbands"),
-    Key::optional("distance", "length", "needed with magnitude", "distance of the observer of the magnitude"),
-    Key::optional("magnitude_system", "text", "vega; required for passbands without conventional Vega magnitudes", "vega or ab"),
+pub(super) const KEYS: &[KeyRow] = &[
+    NAME.row,
+    POSITION.row,
+    VISIBLE.row,
+    LUMINOSITY.row,
+    RADIUS.row,
+    SPECTRAL_LUMINOSITY.row,
+    WAVELENGTH.row,
+    MAGNITUDE.row,
+    EXTINCTION.row,
+    EXTINCTION_LAW.row,
+    MAGNITUDE_BAND.row,
+    DISTANCE.row,
+    MAGNITUDE_SYSTEM.needs("magnitude").row,
 ];
 
 pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Star> {
     let shape = build_kind_with("spectrum", SPECTRA, KEYS, section, inputs)?;
     let spectrum = section.wrap("kind", sed::scaled(shape, &scale(section)?))?;
     Ok(Star {
-        name: section.text("name")?.unwrap_or(section.name()).to_owned(),
-        position: section.need_position("position")?,
+        name: section.read(&NAME)?.unwrap_or(section.name()).to_owned(),
+        position: section.read(&POSITION)?,
         spectrum,
-        visible: section.flag("visible")?.unwrap_or(true),
+        visible: section.read(&VISIBLE)?,
     })
 }
 
-/// Exactly one of the four ways to say how bright.
+/// The brightness, by the key that the table has.
 fn scale(section: &Section) -> Result<Scale> {
-    const WAYS: [&str; 4] = ["luminosity", "radius", "spectral_luminosity", "magnitude"];
-    let given: Vec<&str> = WAYS.into_iter().filter(|w| section.has(w)).collect();
-    let [way] = given[..] else {
-        let message = format!("a star requires exactly one of {}; this one has {}", WAYS.join(", "), given.len());
-        return Err(section.error(given.first().unwrap_or(&"luminosity"), message));
-    };
-    if way != "spectral_luminosity" {
-        section.refuse(&["wavelength"], "spectral_luminosity")?;
+    if let Some(luminosity) = section.read(&LUMINOSITY)? {
+        return Ok(Scale::Luminosity(luminosity));
     }
-    if way != "magnitude" {
-        section.refuse(&["magnitude_band", "distance", "magnitude_system", "extinction"], "magnitude")?;
+    if let Some(radius) = section.read(&RADIUS)? {
+        return Ok(Scale::Radius(radius));
     }
-    if !section.has("extinction") {
-        section.refuse(&["extinction_law"], "extinction")?;
+    if let Some(luminosity) = section.read(&SPECTRAL_LUMINOSITY)? {
+        return Ok(Scale::SpectralLuminosity(luminosity, section.read(&WAVELENGTH)?));
     }
-    Ok(match way {
-        "luminosity" => Scale::Luminosity(section.need_positive::<Luminosity>(way)?),
-        "radius" => Scale::Radius(section.need_positive::<Length>(way)?),
-        "spectral_luminosity" => {
-            let at = section.positive::<Wavelength>("wavelength")?.unwrap_or(Wavelength(0.55));
-            Scale::SpectralLuminosity(section.need_positive::<SpectralLuminosity>(way)?, at)
-        }
-        _ => {
-            let band = section.text("magnitude_band")?.unwrap_or("johnson-V");
-            let band = section.wrap("magnitude_band", Passband::named(band))?;
-            let system = magnitude_system(section, &[&band])?;
-            let distance = section.need_positive::<Length>("distance")?;
-            Scale::Magnitude(section.need::<Magnitude>(way)?, Box::new(band), distance, system, foreground(section)?)
-        }
-    })
+    let band = section.wrap(&MAGNITUDE_BAND, Passband::named(section.read(&MAGNITUDE_BAND)?))?;
+    let system = magnitude_system(section, &[&band])?;
+    Ok(Scale::Magnitude(section.need(&MAGNITUDE)?, Box::new(band), section.need(&DISTANCE)?, system, foreground(section)?))
 }
 
 /// The zero point of magnitudes in these passbands. It must be stated where the convention is not Vega's.
 pub(super) fn magnitude_system(section: &Section, bands: &[&Passband]) -> Result<MagnitudeSystem> {
-    match section.choice("magnitude_system", &["vega", "ab"])? {
-        Some("ab") => return Ok(MagnitudeSystem::Ab),
-        Some(_) => return Ok(MagnitudeSystem::Vega),
-        None => {}
+    if let Some(system) = section.read(&MAGNITUDE_SYSTEM)? {
+        return Ok(system);
     }
     match bands.iter().find(|band| family(band.name()).is_some_and(|family| !family.is_vega)) {
         Some(band) => {
             let message =
                 format!("magnitudes in {} are not Vega magnitudes by convention; write magnitude_system = \"ab\" or \"vega\"", band.name());
-            Err(section.error("magnitude_system", message))
+            Err(section.error(&MAGNITUDE_SYSTEM, message))
         }
         None => Ok(MagnitudeSystem::Vega),
     }
@@ -254,13 +257,7 @@ pub(super) fn magnitude_system(section: &Section, bands: &[&Passband]) -> Result
 
 /// The dust that an observed magnitude was seen through.
 fn foreground(section: &Section) -> Result<Option<Foreground>> {
-    if !section.has("extinction") {
-        return Ok(None);
-    }
-    let extinction = section.need::<Magnitude>("extinction")?;
-    if extinction.0 < 0.0 {
-        return Err(section.error("extinction", "an extinction must be at least 0 mag"));
-    }
-    let law = section.text("extinction_law")?.unwrap_or("gordon23");
-    Ok(Some(Foreground { extinction, law: Arc::new(section.wrap("extinction_law", Extinction::named(law))?) }))
+    let Some(extinction) = section.stated(&EXTINCTION)? else { return Ok(None) };
+    let law = section.read(&EXTINCTION_LAW)?;
+    Ok(Some(Foreground { extinction, law: Arc::new(section.wrap(&EXTINCTION_LAW, Extinction::named(law))?) }))
 }

@@ -7,23 +7,27 @@
 use std::sync::Arc;
 
 use spectra::error::nearest;
-use spectra::units::QUANTITIES;
+use spectra::units::Length;
 
 use super::{Loader, Star, star};
 use crate::data::{InputNote, Inputs, TextTable};
 use crate::error::{Error, Result};
-use crate::properties::{Key, Origin, Place, Property, Section, Table, Value};
+use crate::properties::{
+    Flag, KIND, Key, KeyRow, OrDefault, Origin, Path, Place, Property, Relation, Required, Section, Table, Text, Texts, Type, Value,
+    ValueType,
+};
+
+const FILE: Key<Path, Required> = Key::path("file", "CSV file with a header and one star per row").required();
+const COLUMNS: Key<Texts> = Key::texts("columns", "columns to read in addition to x, y and z").otherwise("all keys of [[star]]");
+const VISIBLE: Key<Flag, OrDefault> = Key::flag("visible", "draw the stars themselves").default(true);
+const MAGNITUDE_BAND: Key<Text, OrDefault> =
+    Key::text("magnitude_band", "embedded passband of a magnitude column").default("johnson-V").of("passbands");
+const DISTANCE: Key<Length> =
+    Key::quantity::<Length>("distance", "distance of the observer of the magnitudes").positive().required_for("magnitudes");
 
 /// Keys of its own, and those of `[[star]]` that are most often the same for all of its stars; the others may stand
 /// here too.
-pub(super) const KEYS: &[Key] = &[
-    Key::required("file", "path", "CSV file with a header and one star per row"),
-    Key::optional("columns", "list of texts", "all keys of [[star]]", "columns to read in addition to x, y and z"),
-    Key::optional("visible", "boolean", "true", "draw the stars themselves"),
-    Key::optional("magnitude_band", "text", "johnson-V", "embedded passband of a magnitude column").of("passbands"),
-    Key::optional("distance", "length", "needed with magnitudes", "distance of the observer of the magnitudes"),
-    Key::optional("magnitude_system", "text", "vega; required for passbands without conventional Vega magnitudes", "vega or ab"),
-];
+pub(super) const KEYS: &[KeyRow] = &[FILE.row, COLUMNS.row, VISIBLE.row, MAGNITUDE_BAND.row, DISTANCE.row, star::MAGNITUDE_SYSTEM.row];
 
 /// Most stars of a table: of more, frames grow with the stars.
 pub const MAX_ROWS: usize = 20_000;
@@ -42,28 +46,28 @@ struct Column {
     index: usize,
     name: String,
     unit: Option<String>,
-    /// Kind of value of its key, such as a length.
-    kind: &'static str,
+    /// Type of its key's value.
+    value: Type,
 }
 
 /// The kind of spectrum that no row can have: its `file` would be the table's.
 const OF_FILE: &str = "file";
-const KIND: Key = Key::optional("kind", "text", "", "");
 
 /// All keys that a row may set.
-fn keys() -> impl Iterator<Item = &'static Key> {
+fn keys() -> impl Iterator<Item = &'static KeyRow> {
     let kinds = star::SPECTRA.iter().filter(|kind| kind.name != OF_FILE);
-    [&KIND].into_iter().chain(star::KEYS).chain(kinds.flat_map(|kind| kind.keys)).filter(|key| key.name != "position")
+    [&KIND.row].into_iter().chain(star::KEYS).chain(kinds.flat_map(|kind| kind.keys)).filter(|key| key.name != "position")
 }
 
 pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
-    let known: Vec<&str> = ["file", "columns"].into_iter().chain(keys().map(|key| key.name)).collect();
-    section.check_keys(&known)?;
-    if section.text("kind")? == Some(OF_FILE) {
-        return Err(section.error("kind", "star tables do not support spectra from files; write such a star as [[star]]"));
+    let rows: Vec<KeyRow> =
+        [&FILE.row, &COLUMNS.row].into_iter().chain(keys()).map(|row| KeyRow { relation: Relation::Free, ..*row }).collect();
+    section.check(&rows)?;
+    if section.kind() == Some(OF_FILE) {
+        return Err(section.error(&KIND, "star tables do not support spectra from files; write such a star as [[star]]"));
     }
-    let file = section.need_text("file")?;
-    let table = section.wrap("file", inputs.table(file, MAX_ROWS))?;
+    let file = section.read(&FILE)?;
+    let table = section.wrap(&FILE, inputs.table(file, MAX_ROWS))?;
     let rows = Rows { section, file: inputs.label(file).into() };
     let columns = rows.columns(&table)?;
     let constant = rows.constant(&columns);
@@ -122,7 +126,7 @@ impl Rows<'_> {
     /// The columns that are keys of a star.
     fn columns(&self, table: &TextTable) -> Result<Vec<Column>> {
         let (head, line) = (&table.columns, table.line);
-        let asked = self.section.texts("columns")?;
+        let asked = self.section.read(&COLUMNS)?;
         let is_asked = |name: &str| PLACE.contains(&name) || asked.as_ref().is_none_or(|asked| asked.contains(&name));
         let mut columns: Vec<Column> = Vec::new();
         for (index, cell) in head.iter().enumerate() {
@@ -130,8 +134,8 @@ impl Rows<'_> {
             if !is_asked(&name) {
                 continue;
             }
-            let place = PLACE.contains(&name.as_str()).then_some("length");
-            let Some(kind) = place.or_else(|| keys().find(|key| key.name == name).map(|key| key.kind)) else {
+            let place = PLACE.contains(&name.as_str()).then_some(<Length as ValueType>::TYPE);
+            let Some(value) = place.or_else(|| keys().find(|key| key.name == name).map(|key| key.value)) else {
                 let known = PLACE.into_iter().chain(keys().map(|key| key.name));
                 // Catalogues have columns that mean nothing here; one that is misspelt does.
                 if let Some(near) = nearest(&name, known).filter(|near| name.len() > 3 && near.len().abs_diff(name.len()) <= 1) {
@@ -142,11 +146,11 @@ impl Rows<'_> {
             if columns.iter().any(|column| column.name == name) {
                 return Err(self.wrong(line, format!("has two columns \"{name}\"")));
             }
-            if self.section.has(&name) {
+            if self.section.has(name.as_str()) {
                 let message = format!("\"{name}\" is also a column of {}; remove one", self.file);
-                return Err(self.section.error(&name, message));
+                return Err(self.section.error(name.as_str(), message));
             }
-            columns.push(Column { index, name, unit: unit.map(str::to_owned), kind });
+            columns.push(Column { index, name, unit: unit.map(str::to_owned), value });
         }
         let found = |name: &str| columns.iter().find(|column| column.name == name);
         if let Some(missing) = PLACE.into_iter().find(|name| found(name).is_none()) {
@@ -155,7 +159,7 @@ impl Rows<'_> {
                 .wrong(line, format!("has no column \"{missing}\" ({}); add x, y and z, with a unit like \"x [pc]\"", named.join(", "))));
         }
         if let Some(missing) = asked.iter().flatten().find(|name| found(name).is_none()) {
-            return Err(self.section.error("columns", format!("{} has no column \"{missing}\" of a star", self.file)));
+            return Err(self.section.error(&COLUMNS, format!("{} has no column \"{missing}\" of a star", self.file)));
         }
         let units: Vec<_> = PLACE.into_iter().filter_map(found).map(|column| &column.unit).collect();
         if units.iter().any(|unit| *unit != units[0]) {
@@ -169,9 +173,9 @@ impl Rows<'_> {
         let said = self.section.properties();
         let mut constant: Vec<_> = keys().filter_map(|key| Some((key.name, said.get(key.name)?.clone()))).collect();
         constant.dedup_by_key(|(name, _)| *name);
-        if !self.section.has("kind") && columns.iter().all(|column| column.name != "kind") {
+        if !self.section.has(&KIND) && columns.iter().all(|column| column.name != KIND.row.name) {
             let kind = if columns.iter().any(|column| column.name == "type") { "stellar" } else { "blackbody" };
-            constant.push(("kind", Value::Text(kind.into()).into()));
+            constant.push((KIND.row.name, Value::Text(kind.into()).into()));
         }
         constant
     }
@@ -186,17 +190,16 @@ impl Rows<'_> {
                 let (name, cell) = (&column.name, cell(column));
                 self.wrong(row.line, format!("{name} = \"{cell}\" is not a number; write units in the column name, like \"{name} [pc]\""))
             };
-            place.push(number.ok_or_else(wrong)?.to_string());
+            place.push(number.ok_or_else(wrong)?);
         }
         let unit = columns.iter().find(|column| column.name == PLACE[0]).and_then(|x| x.unit.as_deref());
-        place.push(unit.unwrap_or(PLACE_UNIT).to_owned());
         let said = |value| Property { value, origin: self.origin(row.line) };
         let mut table = Table::new(self.origin(row.line));
         table.insert("name", said(Value::Text(format!("{}[{}]", self.section.name(), row.number - 1))));
         for (key, property) in constant {
             table.insert(*key, said(property.value.clone()));
         }
-        table.insert("position", said(Value::Text(place.join(" "))));
+        table.insert("position", said(Value::Quantity(place, unit.unwrap_or(PLACE_UNIT).to_owned())));
         // An empty cell says nothing.
         for column in columns.iter().filter(|column| !PLACE.contains(&column.name.as_str()) && !cell(column).is_empty()) {
             table.insert(column.name.clone(), said(column.value(cell(column))));
@@ -208,25 +211,24 @@ impl Rows<'_> {
 impl Column {
     /// A cell as a value of a scene.
     fn value(&self, cell: &str) -> Value {
-        let number = cell.parse::<f64>().ok();
-        let quantity = QUANTITIES.iter().any(|quantity| quantity.name == self.kind);
-        match (self.kind, number) {
-            ("number", Some(number)) => Value::Number(number),
-            ("boolean", _) if cell.eq_ignore_ascii_case("true") => Value::Flag(true),
-            ("boolean", _) if cell.eq_ignore_ascii_case("false") => Value::Flag(false),
-            (_, Some(_)) if quantity => {
+        match (self.value, cell.parse::<f64>()) {
+            (Type::Number, Ok(number)) => Value::Number(number),
+            (Type::Flag, _) if cell.eq_ignore_ascii_case("true") => Value::Flag(true),
+            (Type::Flag, _) if cell.eq_ignore_ascii_case("false") => Value::Flag(false),
+            (Type::Quantity(..), Ok(number)) => {
                 let usual = UNITS.iter().find(|(name, _)| *name == self.name).map(|(_, unit)| *unit);
-                Value::Text(format!("{cell} {}", self.unit.as_deref().or(usual).unwrap_or("")).trim_end().to_owned())
+                Value::Quantity(vec![number], self.unit.as_deref().or(usual).unwrap_or("").to_owned())
             }
             _ => Value::Text(cell.to_owned()),
         }
     }
 }
+
 /// The stars of a scene: those of its own, then those of its tables.
 pub(super) fn stars(root: &Section, loader: &Loader) -> Result<Vec<Star>> {
     let mut stars = root.tables("star")?.iter().map(|s| star::build(s, &loader.inputs)).collect::<Result<Vec<_>>>()?;
     for table in root.tables("star_table")? {
-        stars.extend_from_slice(&loader.stars(&table.said(), || build(&table, &loader.inputs))?);
+        stars.extend_from_slice(&loader.stars(&table.canonical(), || build(&table, &loader.inputs))?);
     }
     Ok(stars)
 }

@@ -4,7 +4,7 @@
 mod first_values;
 mod widgets;
 
-use barnard::properties::Key;
+use barnard::properties::KeyRow;
 use barnard::scene::schema::TableRow;
 use eframe::egui::{self, Response, Ui};
 use toml_edit::{Item, TableLike};
@@ -14,9 +14,6 @@ use self::widgets::KeyWidget;
 pub use self::widgets::{drag, is_changed};
 use crate::document::Document;
 use crate::edit::{Edit, table};
-
-/// Keys that are not shown as widgets: tables have headings of their own.
-const NESTED: [&str; 3] = ["table", "tables by name", "list of tables"];
 
 /// The edits that the widgets of one frame ask for.
 pub type Edits = Vec<Edit>;
@@ -37,7 +34,7 @@ pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edi
             kinds(ui, row, place, here, edits);
             ui.end_row();
         }
-        for key in row.keys_of(kind).filter(|k| here.contains_key(k.name) && !NESTED.contains(&k.kind) && !but.contains(&k.name)) {
+        for key in row.keys_of(kind).filter(|k| here.contains_key(k.name) && !k.value.is_table() && !but.contains(&k.name)) {
             if let Some(item) = here.get(key.name) {
                 widget(ui, place, key, item, edits);
                 ui.end_row();
@@ -83,15 +80,15 @@ fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike,
 /// A menu of keys that the table could have.
 fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, but: &[&str], edits: &mut Edits) {
     let kind = here.get("kind").and_then(Item::as_str);
-    let absent = |k: &&Key| !here.contains_key(k.name) && !NESTED.contains(&k.kind) && !but.contains(&k.name);
-    let absent: Vec<&Key> = row.keys_of(kind).filter(absent).collect();
+    let absent = |k: &&KeyRow| !here.contains_key(k.name) && !k.value.is_table() && !but.contains(&k.name);
+    let absent: Vec<&KeyRow> = row.keys_of(kind).filter(absent).collect();
     if absent.is_empty() {
         return;
     }
     ui.menu_button("more …", |ui| {
         for key in absent {
-            let default = key.default.map_or_else(String::new, |d| format!("\nnow: {d}"));
-            if ui.button(key.name).on_hover_text(format!("{} ({}){default}", key.summary, key.kind)).clicked() {
+            let default = key.default_words().map_or_else(String::new, |d| format!("\nnow: {d}"));
+            if ui.button(key.name).on_hover_text(format!("{} ({}){default}", key.summary, key.type_words())).clicked() {
                 edits.push(added(row, place, here, key));
                 ui.close();
             }
@@ -100,11 +97,11 @@ fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLik
 }
 
 /// The name of a key, with all that is known of it; a menu takes it away.
-fn name(ui: &mut Ui, place: &str, key: &Key, edits: &mut Edits) -> Response {
-    let default = key.default.map_or_else(|| "required".to_owned(), |d| format!("without it: {d}"));
+fn name(ui: &mut Ui, place: &str, key: &KeyRow, edits: &mut Edits) -> Response {
+    let default = key.default_words().map_or_else(|| "required".to_owned(), |d| format!("without it: {d}"));
     let label = ui.add(egui::Label::new(key.name).sense(egui::Sense::click()));
-    let label = label.on_hover_text(format!("{}\n{} · {default}", key.summary, key.kind));
-    if key.default.is_some() {
+    let label = label.on_hover_text(format!("{}\n{} · {default}", key.summary, key.type_words()));
+    if !key.is_required() {
         label.context_menu(|ui| {
             if ui.button("Take away").clicked() {
                 edits.push(Edit::remove(place, key.name));
@@ -116,7 +113,7 @@ fn name(ui: &mut Ui, place: &str, key: &Key, edits: &mut Edits) -> Response {
 }
 
 /// A key: its name, and the widget of its value.
-fn widget(ui: &mut Ui, place: &str, key: &Key, item: &Item, edits: &mut Edits) {
+fn widget(ui: &mut Ui, place: &str, key: &KeyRow, item: &Item, edits: &mut Edits) {
     let label = name(ui, place, key, edits);
     let response = KeyWidget { place, key, edits }.show(ui, item, label.id);
     response.labelled_by(label.id);
@@ -125,6 +122,7 @@ fn widget(ui: &mut Ui, place: &str, key: &Key, item: &Item, edits: &mut Edits) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use barnard::properties::Type;
     use barnard::scene::schema::TABLES;
 
     const SCENE: &str = r#"
@@ -261,7 +259,7 @@ values = ["4 mag/pc", "5 mag/pc"]
                 }
                 let edit = of_kind(row, &place, table(document.toml().as_table(), &place).unwrap(), kind.name);
                 // A file, or other fields.
-                let needs_more = kind.keys.iter().any(|k| k.default.is_none() && (k.name == "file" || k.kind == "expression"));
+                let needs_more = kind.keys.iter().any(|k| k.is_required() && matches!(k.value, Type::Path | Type::Expression));
                 match document.apply(edit) {
                     Ok(()) => assert!(!needs_more, "{} {}", row.path, kind.name),
                     Err(error) => assert!(needs_more, "{} {}: {error}", row.path, kind.name),
@@ -296,7 +294,7 @@ count = 5
             let place = place(row.path);
             let here = table(base.toml().as_table(), &place).unwrap();
             let kind = here.get("kind").and_then(Item::as_str);
-            for key in row.keys_of(kind).filter(|k| !here.contains_key(k.name) && !NESTED.contains(&k.kind) && k.name != "matrix") {
+            for key in row.keys_of(kind).filter(|k| !here.contains_key(k.name) && !k.value.is_table() && k.name != "matrix") {
                 let mut document = document();
                 if let Err(error) = document.apply(added(row, &place, here, key)) {
                     refused.push(format!("{} {}: {error}", row.path, key.name));

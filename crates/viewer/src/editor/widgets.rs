@@ -1,13 +1,14 @@
 //! The widgets of one key: what its value is shown as, and what a change of it writes.
 
-use barnard::properties::Key;
+use std::ops::RangeInclusive;
+
+use barnard::properties::{KeyRow, Type};
 use barnard_files::catalogue::CATALOGUES;
 use eframe::egui::{self, DragValue, Id, Response, Ui};
 use spectra::units::parts;
 use toml_edit::{Item, Value};
 
 use super::Edits;
-use super::first_values::quantity;
 use crate::edit::{Edit, rounded, significant};
 
 /// The relative change of a number in one point of a drag.
@@ -32,7 +33,7 @@ pub fn is_changed(response: &Response, before: f64, after: f64) -> bool {
 /// A key of a table, and what its widgets ask for.
 pub struct KeyWidget<'a> {
     pub place: &'a str,
-    pub key: &'a Key,
+    pub key: &'a KeyRow,
     pub edits: &'a mut Edits,
 }
 
@@ -40,24 +41,27 @@ impl KeyWidget<'_> {
     /// Shows a value of the key as the widget that fits it; `label` names it.
     pub fn show(&mut self, ui: &mut Ui, item: &Item, label: Id) -> Response {
         let float = |v: f64| Value::from(significant(v));
-        match (self.key.kind, item.as_value()) {
+        match (self.key.value, item.as_value()) {
             (_, Some(Value::Boolean(flag))) => {
                 let mut on = *flag.value();
                 let response = ui.checkbox(&mut on, "");
                 self.set_if(response, on)
             }
-            ("position", Some(Value::String(text))) => self.position(ui, text.value(), label),
-            ("integer", Some(Value::Integer(n))) => {
+            (Type::Position, Some(Value::String(text))) => self.position(ui, text.value(), label),
+            (Type::Integer, Some(Value::Integer(n))) => {
                 let mut number = *n.value();
-                let response = ui.add(DragValue::new(&mut number).update_while_editing(false));
+                let response = ui.add(DragValue::new(&mut number).range(self.range(1.0)).update_while_editing(false));
                 self.set_if(response, number)
             }
             (_, Some(Value::Integer(n))) => self.number(ui, *n.value() as f64, "", float),
             (_, Some(Value::Float(v))) => self.number(ui, *v.value(), "", float),
-            (_, Some(Value::String(text))) => match (self.key.catalogue, parts(text.value()).filter(|_| quantity(self.key).is_some())) {
-                (Some(catalogue), _) => self.choice(ui, catalogue, text.value()),
-                (None, Some((value, unit))) => self.quantity(ui, value, unit),
-                (None, None) => self.words(ui, text.value(), |t| Some(t.into())),
+            (Type::Quantity(..), Some(Value::String(text))) => match parts(text.value()) {
+                Some((value, unit)) => self.quantity(ui, value, unit),
+                None => self.words(ui, text.value(), |t| Some(t.into())),
+            },
+            (_, Some(Value::String(text))) => match self.names() {
+                names if names.is_empty() => self.words(ui, text.value(), |t| Some(t.into())),
+                names => self.choice(ui, &names, text.value()),
             },
             (_, Some(value)) => {
                 let text = value.clone().decorated("", "").to_string();
@@ -78,11 +82,20 @@ impl KeyWidget<'_> {
         response
     }
 
+    /// Allowed numbers in a unit of this size.
+    fn range(&self, size: f64) -> RangeInclusive<f64> {
+        let range = self.key.range;
+        let low = if range.excludes_low { range.low.next_up() } else { range.low };
+        let high = if range.excludes_high { range.high.next_down() } else { range.high };
+        low / size..=high / size
+    }
+
     /// A number that is dragged in proportion to itself.
     fn number(&mut self, ui: &mut Ui, value: f64, unit: &str, write: impl Fn(f64) -> Value) -> Response {
         let mut changed = value;
         let suffix = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        let response = ui.add(drag(&mut changed, (value.abs() * DRAG).max(1e-4)).suffix(suffix));
+        let size = self.key.value.quantity().and_then(|quantity| quantity.unit_size(unit)).unwrap_or(1.0);
+        let response = ui.add(drag(&mut changed, (value.abs() * DRAG).max(1e-4)).range(self.range(size)).suffix(suffix));
         if is_changed(&response, value, changed) {
             self.set(write(changed));
         }
@@ -123,12 +136,18 @@ impl KeyWidget<'_> {
         row.inner.unwrap_or(row.response)
     }
 
-    /// A name of a catalogue.
-    fn choice(&mut self, ui: &mut Ui, catalogue: &str, now: &str) -> Response {
-        let rows = CATALOGUES.iter().find(|c| c.name == catalogue).map_or_else(Vec::new, |c| (c.rows)());
+    /// Names that the value is one of, with summaries; empty where any text is allowed.
+    fn names(&self) -> Vec<(String, String)> {
+        let catalogue = self.key.catalogue.and_then(|name| CATALOGUES.iter().find(|catalogue| catalogue.name == name));
+        let choices = || self.key.value.choices().into_iter().map(|name| (name.to_owned(), String::new())).collect();
+        catalogue.map_or_else(choices, |catalogue| (catalogue.rows)())
+    }
+
+    /// One of some names.
+    fn choice(&mut self, ui: &mut Ui, rows: &[(String, String)], now: &str) -> Response {
         let summary = rows.iter().find(|(name, _)| name == now).map_or("", |(_, summary)| summary).to_owned();
         let combo = egui::ComboBox::from_id_salt((self.place, self.key.name)).selected_text(now).width(150.0).show_ui(ui, |ui| {
-            for (name, summary) in &rows {
+            for (name, summary) in rows {
                 if ui.selectable_label(name == now, name).on_hover_text(summary).clicked() && name != now {
                     self.set(name.as_str());
                 }

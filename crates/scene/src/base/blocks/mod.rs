@@ -5,6 +5,7 @@
 
 mod filling;
 
+use crate::properties::Choices;
 use std::ops::Range;
 
 pub use filling::{Blocking, Filling};
@@ -31,10 +32,11 @@ pub enum Storage {
     Byte,
 }
 
-impl Storage {
-    /// All of them, by name.
-    pub const ALL: [(&'static str, Self); 3] = [("single", Self::Single), ("half", Self::Half), ("byte", Self::Byte)];
+impl Choices for Storage {
+    const ROWS: &'static [(&'static str, Self)] = &[("single", Self::Single), ("half", Self::Half), ("byte", Self::Byte)];
+}
 
+impl Storage {
     /// The largest error of a value, in parts of the largest in its block \[1\].
     pub fn error(self) -> f64 {
         match self {

@@ -7,7 +7,7 @@ use super::Value;
 pub enum Form {
     /// A number alone.
     Number,
-    /// Numbers in one text, and the unit behind them: a quantity or a position.
+    /// Numbers in one unit: a quantity or a position.
     Quantity(String),
     /// A list of numbers.
     List,
@@ -35,6 +35,7 @@ impl Form {
                 }
                 Some((Self::Quantity(rest.to_owned()), numbers))
             }
+            Value::Quantity(numbers, unit) => Some((Self::Quantity(unit.clone()), numbers.clone())),
             Value::List(items) => Some((Self::List, items.iter().map(|item| number(&item.value)).collect::<Option<_>>()?)),
             other => Some((Self::Number, vec![number(other)?])),
         }
@@ -44,10 +45,7 @@ impl Form {
     pub fn value(&self, numbers: &[f64]) -> Value {
         match self {
             Self::Number => Value::Number(numbers[0]),
-            Self::Quantity(unit) => {
-                let words: Vec<String> = numbers.iter().map(|v| format!("{v:?}")).chain([unit.clone()]).collect();
-                Value::Text(words.join(" ").trim_end().to_owned())
-            }
+            Self::Quantity(unit) => Value::Quantity(numbers.to_vec(), unit.clone()),
             Self::List => Value::List(numbers.iter().map(|v| Value::Number(*v).into()).collect()),
         }
     }

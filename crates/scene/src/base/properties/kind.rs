@@ -2,7 +2,7 @@
 
 use spectra::SpectraError;
 
-use super::{Key, Section};
+use super::{KIND, KeyRow, Section};
 use crate::data::Inputs;
 use crate::error::Result;
 
@@ -13,7 +13,7 @@ pub struct Kind<T: 'static> {
     /// Summary in one line.
     pub summary: &'static str,
     /// The keys it takes beside `kind`.
-    pub keys: &'static [Key],
+    pub keys: &'static [KeyRow],
     /// Makes the object from a table of a scene.
     pub build: fn(&Section, &Inputs) -> Result<T>,
 }
@@ -26,7 +26,7 @@ pub struct KindRow {
     /// Summary in one line.
     pub summary: &'static str,
     /// The keys it takes beside those of every kind.
-    pub keys: &'static [Key],
+    pub keys: &'static [KeyRow],
 }
 
 impl<T> Kind<T> {
@@ -48,7 +48,7 @@ pub fn build_kind<T>(noun: &'static str, kinds: &[Kind<T>], section: &Section, i
 ///
 /// # Errors
 /// If there is no such row, or its keys are wrong.
-pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[Key], section: &Section, inputs: &Inputs) -> Result<T> {
+pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[KeyRow], section: &Section, inputs: &Inputs) -> Result<T> {
     (chosen(noun, kinds, |k| (k.name, k.keys), common, section)?.build)(section, inputs)
 }
 
@@ -60,15 +60,14 @@ pub fn build_kind_with<T>(noun: &'static str, kinds: &[Kind<T>], common: &[Key],
 pub fn chosen<'k, K>(
     noun: &'static str,
     kinds: &'k [K],
-    row: impl Fn(&K) -> (&'static str, &'static [Key]),
-    common: &[Key],
+    row: impl Fn(&K) -> (&'static str, &'static [KeyRow]),
+    common: &[KeyRow],
     section: &Section,
 ) -> Result<&'k K> {
-    let name = section.need_text("kind")?;
+    let name = section.read(&KIND)?;
     let known: Vec<&str> = kinds.iter().map(|k| row(k).0).collect();
     let found = kinds.iter().find(|k| row(k).0 == name).ok_or_else(|| SpectraError::unknown(noun, name, &known));
-    let kind = section.wrap("kind", found)?;
-    let keys: Vec<&str> = ["kind"].into_iter().chain(row(kind).1.iter().chain(common).map(|k| k.name)).collect();
-    section.check_keys(&keys)?;
+    let kind = section.wrap(&KIND, found)?;
+    section.check_rows(&[KIND.name], row(kind).1.iter().chain(common))?;
     Ok(kind)
 }

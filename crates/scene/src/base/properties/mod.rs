@@ -1,8 +1,8 @@
 //! Properties: the neutral tree that objects are read from.
 //!
-//! A [`Table`] holds texts, numbers, flags, lists and tables by name, each with the place where it was said. TOML is
-//! one maker of such a tree, a dictionary of another language can be another; nothing here knows either. A [`Section`]
-//! reads a table with typed access to its keys, [`Key`] is the row that parser and manual share, [`Kind`] one way to
+//! A [`Table`] holds texts, numbers, quantities, flags, lists and tables by name, each with its place in a file. TOML is
+//! one source of such a tree, a dictionary of another language can be another; nothing here depends on either. A [`Key`]
+//! declares one parameter with type, range and default, a [`Section`] reads a table with keys, a [`Kind`] is one way to
 //! make an object of a table.
 
 mod form;
@@ -10,19 +10,29 @@ mod key;
 mod kind;
 pub mod places;
 mod section;
+mod typed;
+mod values;
+
+use std::fmt;
 
 pub use crate::place::{Origin, Place};
 pub use form::Form;
-pub use key::Key;
+pub use key::{Fallback, KeyRow, Literal, Range, Relation, Type};
 pub use kind::{Kind, KindRow, build_kind, build_kind_with, chosen};
-pub use section::Section;
-use std::fmt;
+pub use section::{KIND, Named, Section};
+pub use typed::{Key, Optional, OrDefault, Presence, Required};
+pub use values::{
+    Choice, Choices, Direction, Entry, Flag, Formula, Integer, NamedTables, Number, Numbers, Path, Position, Quantities, Size, SubTable,
+    Tables, Text, Texts, ValueRef, ValueType,
+};
 
 /// The value of a property.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// Words, or a quantity with its unit.
+    /// A text, or a quantity with its unit as a file writes it.
     Text(String),
+    /// Numbers in one unit: a quantity, or the three lengths of a position.
+    Quantity(Vec<f64>, String),
     /// A whole number.
     Integer(i64),
     /// A number.
@@ -33,6 +43,30 @@ pub enum Value {
     List(Vec<Property>),
     /// A table of properties.
     Table(Table),
+}
+
+impl Value {
+    /// The text, of a text.
+    pub fn text(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+impl From<Literal> for Value {
+    fn from(literal: Literal) -> Self {
+        let list = |items: Vec<Value>| Value::List(items.into_iter().map(Property::from).collect());
+        match literal {
+            Literal::Text(text) => Value::Text(text.to_owned()),
+            Literal::Integer(number) => Value::Integer(number),
+            Literal::Number(number) => Value::Number(number),
+            Literal::Flag(flag) => Value::Flag(flag),
+            Literal::Numbers(numbers) => list(numbers.iter().map(|number| Value::Number(*number)).collect()),
+            Literal::Texts(texts) => list(texts.iter().map(|text| Value::Text((*text).to_owned())).collect()),
+        }
+    }
 }
 
 /// A value and the line in which it stands.
@@ -98,8 +132,8 @@ impl Table {
     }
 }
 
-/// A list in one line, values after `open`, before `close`, parted by commas.
-fn listed<T>(
+/// Writes items separated by commas.
+fn write_items<T>(
     f: &mut fmt::Formatter<'_>,
     items: impl Iterator<Item = T>,
     each: impl Fn(&mut fmt::Formatter<'_>, T) -> fmt::Result,
@@ -111,6 +145,17 @@ fn listed<T>(
     Ok(())
 }
 
+/// Writes a list in one line.
+fn write_list<T>(
+    f: &mut fmt::Formatter<'_>,
+    items: impl Iterator<Item = T>,
+    each: impl Fn(&mut fmt::Formatter<'_>, T) -> fmt::Result,
+) -> fmt::Result {
+    f.write_str("[")?;
+    write_items(f, items, each)?;
+    f.write_str("]")
+}
+
 impl fmt::Display for Value {
     /// As it stands in one line of a scene: equal values print alike.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -119,11 +164,12 @@ impl fmt::Display for Value {
             Value::Integer(number) => write!(f, "{number}"),
             Value::Number(number) => write!(f, "{number:?}"),
             Value::Flag(flag) => write!(f, "{flag}"),
-            Value::List(items) => {
-                f.write_str("[")?;
-                listed(f, items.iter(), |f, item| write!(f, "{}", item.value))?;
-                f.write_str("]")
+            Value::Quantity(numbers, unit) => {
+                f.write_str("\"")?;
+                numbers.iter().try_for_each(|number| write!(f, "{number:?} "))?;
+                write!(f, "{unit}\"")
             }
+            Value::List(items) => write_list(f, items.iter(), |f, item| write!(f, "{}", item.value)),
             Value::Table(table) => write!(f, "{table}"),
         }
     }
@@ -133,7 +179,7 @@ impl fmt::Display for Table {
     /// As an inline table: tables that say the same print alike, whatever lines they stand in.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("{ ")?;
-        listed(f, self.iter(), |f, (key, property)| write!(f, "{key} = {}", property.value))?;
+        write_items(f, self.iter(), |f, (key, property)| write!(f, "{key} = {}", property.value))?;
         f.write_str(" }")
     }
 }

@@ -8,28 +8,26 @@ use super::{PointSpread, View};
 use crate::error::Result;
 use crate::image::convolution::Kernel;
 use crate::image::optics::{self, OpticsRow, Pattern, Pupil};
-use crate::properties::{Key, Kind};
+use crate::properties::{Integer, Key, Kind, Number, OrDefault, Text};
+
+const OPTICS: Key<Text> = Key::text("optics", "telescope with a known pupil, instead of obstruction and vanes").of("optics");
+const VANES: Key<Integer<usize>, OrDefault> =
+    Key::integer("vanes", "number of vanes of the secondary mirror").range(0..=12).default(0).excludes("optics");
+const VANE_WIDTH: Key<Number, OrDefault> =
+    Key::number("vane_width", "width of a vane relative to the aperture").range(1e-4..=0.2).default(0.01).excludes("optics");
+const ROTATION: Key<Angle, OrDefault> = Key::quantity::<Angle>("rotation", "rotation of the optics, counterclockwise").default("0 deg");
 
 pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "airy",
     summary: "diffraction at the aperture, its obstruction and vanes",
-    keys: &[
-        Key::optional("optics", "text", "none", "telescope with a known pupil, instead of obstruction and vanes").of("optics"),
-        Key::optional("vanes", "integer", "0", "number of vanes of the secondary mirror, up to 12"),
-        Key::optional("vane_width", "number", "0.01", "width of a vane relative to the aperture"),
-        Key::optional("rotation", "angle", "0 deg", "rotation of the optics, counterclockwise"),
-    ],
+    keys: &[OPTICS.row, VANES.row, VANE_WIDTH.row, ROTATION.row],
     build: |section, _| {
-        let plain = Airy::default();
-        let optics = section.text("optics")?.map(|name| section.wrap("optics", optics::named(name))).transpose()?;
-        if optics.is_some() {
-            section.refuse(&["vanes", "vane_width"], "an aperture without \"optics\"")?;
-        }
+        let optics = section.read(&OPTICS)?.map(|name| section.wrap(&OPTICS, optics::named(name))).transpose()?;
         Ok(Arc::new(Airy {
             optics,
-            vanes: section.integer("vanes", 0..=12)?.map_or(plain.vanes, |n| n as usize),
-            vane_width: section.number("vane_width", 1e-4..=0.2)?.unwrap_or(plain.vane_width),
-            rotation: section.quantity::<Angle>("rotation")?.map_or(0.0, |angle| angle.0),
+            vanes: section.read(&VANES)?,
+            vane_width: section.read(&VANE_WIDTH)?,
+            rotation: section.read(&ROTATION)?.0,
         }))
     },
 };

@@ -9,22 +9,21 @@ use spectra::units::{Angle, Wavelength};
 use super::{PointSpread, View, round};
 use crate::error::Result;
 use crate::image::convolution::Kernel;
-use crate::properties::{Key, Kind};
+use crate::properties::{Key, Kind, Number, OrDefault, Required};
+
+const FWHM: Key<Angle, Required> = Key::quantity::<Angle>("fwhm", "full width at half maximum at `wavelength`").positive().required();
+const WAVELENGTH: Key<Wavelength, OrDefault> = Key::quantity::<Wavelength>("wavelength", "where `fwhm` holds").positive().default("550 nm");
+const EXPONENT: Key<Number, OrDefault> = Key::number("exponent", "exponent of the width in wavelength").range(-2.0..=2.0).default(0.0);
 
 pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "gaussian",
     summary: "a Gaussian, for guiding jitter, charge diffusion, or a first estimate",
-    keys: &[
-        Key::required("fwhm", "angle", "full width at half maximum at `wavelength`"),
-        Key::optional("wavelength", "wavelength", "550 nm", "where `fwhm` holds"),
-        Key::optional("exponent", "number", "0", "exponent of the width in wavelength"),
-    ],
+    keys: &[FWHM.row, WAVELENGTH.row, EXPONENT.row],
     build: |section, _| {
-        let plain = Gaussian::default();
         Ok(Arc::new(Gaussian {
-            fwhm_rad: section.need_positive::<Angle>("fwhm")?.0,
-            wavelength_um: section.positive::<Wavelength>("wavelength")?.map_or(plain.wavelength_um, |l| l.0),
-            exponent: section.number("exponent", -2.0..=2.0)?.unwrap_or(plain.exponent),
+            fwhm_rad: section.read(&FWHM)?.0,
+            wavelength_um: section.read(&WAVELENGTH)?.0,
+            exponent: section.read(&EXPONENT)?,
         }))
     },
 };

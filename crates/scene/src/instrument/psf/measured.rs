@@ -10,28 +10,28 @@ use super::{PointSpread, View};
 use crate::data::InputNote;
 use crate::error::{Error, Result};
 use crate::image::convolution::Kernel;
-use crate::properties::{Key, Kind};
+use crate::properties::{Key, Kind, Path, Required, Text};
+
+const FILE: Key<Path, Required> = Key::path("file", "image file; by default its first HDU or band").required();
+const HDU: Key<Text> = Key::text("hdu", "name or number of the HDU of a FITS file, such as \"OVERDIST\"").otherwise("the first image");
+const PIXEL_SCALE: Key<Angle, Required> = Key::quantity::<Angle>("pixel_scale", "the angle of a pixel of the image").positive().required();
 
 pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "kernel",
     summary: "image of a point source, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr, with the source at its centre",
-    keys: &[
-        Key::required("file", "path", "image file; by default its first HDU or band"),
-        Key::optional("hdu", "text", "the first image", "name or number of the HDU of a FITS file, such as \"OVERDIST\""),
-        Key::required("pixel_scale", "angle", "the angle of a pixel of the image"),
-    ],
+    keys: &[FILE.row, HDU.row, PIXEL_SCALE.row],
     build: |section, inputs| {
-        let file = section.need_text("file")?;
-        let hdu = section.text("hdu")?;
-        let (size, values) = section.wrap("file", inputs.picture(file, hdu))?;
+        let file = section.read(&FILE)?;
+        let hdu = section.read(&HDU)?;
+        let (size, values) = section.wrap(&FILE, inputs.picture(file, hdu))?;
         let which = hdu.map_or_else(|| "the first image".to_owned(), |hdu| format!("HDU {hdu}"));
         inputs.note(InputNote {
             file: file.to_owned(),
             text: format!("kernel: {which}, {} x {} pixels", size[0], size[1]),
             is_inferred: false,
         });
-        let scale = section.need_positive::<Angle>("pixel_scale")?.0;
-        Ok(Arc::new(section.wrap("file", Measured::new(file, size, values, scale))?))
+        let scale = section.read(&PIXEL_SCALE)?.0;
+        Ok(Arc::new(section.wrap(&FILE, Measured::new(file, size, values, scale))?))
     },
 };
 

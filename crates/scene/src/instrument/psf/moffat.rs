@@ -12,24 +12,23 @@ use spectra::units::{Angle, Wavelength};
 use super::{PointSpread, View, round};
 use crate::error::Result;
 use crate::image::convolution::Kernel;
-use crate::properties::{Key, Kind};
+use crate::properties::{Key, Kind, Number, OrDefault, Required};
+
+const FWHM: Key<Angle, Required> = Key::quantity::<Angle>("fwhm", "full width at half maximum at `wavelength`").positive().required();
+const BETA: Key<Number, OrDefault> = Key::number("beta", "exponent of the wings").range(1.01..=100.0).default(4.765);
+const WAVELENGTH: Key<Wavelength, OrDefault> = Key::quantity::<Wavelength>("wavelength", "where `fwhm` holds").positive().default("500 nm");
+const EXPONENT: Key<Number, OrDefault> = Key::number("exponent", "exponent of the width in wavelength").range(-2.0..=2.0).default(-0.2);
 
 pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     name: "moffat",
     summary: "seeing: a core with wings, narrower in red light (Moffat 1969)",
-    keys: &[
-        Key::required("fwhm", "angle", "full width at half maximum at `wavelength`"),
-        Key::optional("beta", "number", "4.765", "exponent of the wings, above 1"),
-        Key::optional("wavelength", "wavelength", "500 nm", "where `fwhm` holds"),
-        Key::optional("exponent", "number", "-0.2", "exponent of the width in wavelength"),
-    ],
+    keys: &[FWHM.row, BETA.row, WAVELENGTH.row, EXPONENT.row],
     build: |section, _| {
-        let plain = Moffat::default();
         Ok(Arc::new(Moffat {
-            fwhm_rad: section.need_positive::<Angle>("fwhm")?.0,
-            beta: section.number("beta", 1.01..=100.0)?.unwrap_or(plain.beta),
-            wavelength_um: section.positive::<Wavelength>("wavelength")?.map_or(plain.wavelength_um, |l| l.0),
-            exponent: section.number("exponent", -2.0..=2.0)?.unwrap_or(plain.exponent),
+            fwhm_rad: section.read(&FWHM)?.0,
+            beta: section.read(&BETA)?,
+            wavelength_um: section.read(&WAVELENGTH)?.0,
+            exponent: section.read(&EXPONENT)?,
         }))
     },
 };

@@ -7,15 +7,18 @@ use glam::DVec3;
 use super::Field;
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::properties::{Key, Kind};
+use crate::properties::{Key, Kind, Position, Required};
+
+const LOW: Key<Position, Required> = Key::position("low", "lowest corner").required().example("\"-1 -1 -1 pc\"");
+const HIGH: Key<Position, Required> = Key::position("high", "highest corner").required().example("\"1 1 1 pc\"");
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "box",
     summary: "1 inside an axis-aligned box",
-    keys: &[Key::required("low", "position", "lowest corner"), Key::required("high", "position", "highest corner")],
+    keys: &[LOW.row, HIGH.row],
     build: |section, _| {
-        let bounds = section.bounds("low", "high")?;
-        Ok(Arc::new(section.wrap("high", Cuboid::new(bounds))?))
+        let bounds = section.bounds(&LOW, &HIGH)?;
+        Ok(Arc::new(section.wrap(&HIGH, Cuboid::new(bounds))?))
     },
 };
 

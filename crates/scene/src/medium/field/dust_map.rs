@@ -7,7 +7,7 @@ use spectra::constants::MAGNITUDES_PER_DEPTH;
 
 use crate::data::{Axis, Layout};
 use crate::error::Result;
-use crate::properties::Section;
+use crate::properties::{Choices, Section};
 
 /// One published map.
 #[derive(Debug)]
@@ -71,17 +71,16 @@ pub const DUST_MAPS: &[DustMap] = &[
 /// Spellings of mag/pc in the cubes of Lallement and Vergely.
 const A0_PER_PC: &str = "A0(550nm)/parsec";
 
-impl DustMap {
-    /// The map that a section asks for by `preset`.
-    pub fn of(section: &Section) -> Result<Option<&'static Self>> {
-        let names: Vec<&'static str> = DUST_MAPS.iter().map(|map| map.name).collect();
-        let Some(name) = section.choice("preset", &names)? else { return Ok(None) };
-        if section.has("unit") {
-            return Err(section.error("unit", format!("{name} defines its unit; remove unit")));
-        }
-        Ok(DUST_MAPS.iter().find(|map| map.name == name))
-    }
+impl Choices for &'static DustMap {
+    const ROWS: &'static [(&'static str, Self)] = &[
+        (DUST_MAPS[0].name, &DUST_MAPS[0]),
+        (DUST_MAPS[1].name, &DUST_MAPS[1]),
+        (DUST_MAPS[2].name, &DUST_MAPS[2]),
+        (DUST_MAPS[3].name, &DUST_MAPS[3]),
+    ];
+}
 
+impl DustMap {
     /// Metadata missing from its file.
     pub fn laid_out(&self, layout: &Layout) -> Layout {
         let mut layout = layout.clone();

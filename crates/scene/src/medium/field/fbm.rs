@@ -10,7 +10,6 @@
 //!
 //! Falloff: 1 − smoothstep between half the radius and the radius, so the cloud ends inside its box. Unit: 1.
 
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -21,23 +20,36 @@ use super::{Field, Simplex, above_zero, place, within};
 use crate::data::Inputs;
 use crate::error::Result;
 use crate::geometry::Bounds;
-use crate::properties::{Key, Kind, Section};
+use crate::properties::{Choice, Choices, Integer, Key, Kind, Number, OrDefault, Position, Section};
+
+const SEED: Key<Integer<u32>, OrDefault> = Key::integer("seed", "seed of the noise").default(1);
+const CENTRE: Key<Position, OrDefault> = Key::position("centre", "centre of the cloud").default("0 0 0 pc");
+const RADIUS: Key<Length, OrDefault> =
+    Key::quantity::<Length>("radius", "radius of the cloud; it fades from half of it on").positive().default("1 pc");
+const SCALE: Key<Length, OrDefault> = Key::quantity::<Length>("scale", "size of the largest structures").positive().default("0.7 pc");
+const OCTAVES: Key<Integer<i32>, OrDefault> = Key::integer("octaves", "number of octaves").range(1..=12).default(5);
+const LACUNARITY: Key<Number, OrDefault> =
+    Key::number("lacunarity", "frequency ratio of successive octaves").range(1.0..=16.0).default(2.0);
+const GAIN: Key<Number, OrDefault> = Key::number("gain", "amplitude ratio of successive octaves").range(0.0..=1.0).default(0.5);
+const OFFSET: Key<Number, OrDefault> =
+    Key::number("offset", "offset before clipping at zero; larger values fill more of space").range(-10.0..=10.0).default(0.2);
+const VARIANT: Key<Choice<Variant>, OrDefault> = Key::choice("variant", "shape of the noise").default("plain");
+const WARP: Key<Length, OrDefault> = Key::quantity::<Length>("warp", "strength of domain warping by a second noise").default("0 pc");
+
+#[derive(Clone, Copy)]
+enum Variant {
+    Plain,
+    Ridged,
+}
+
+impl Choices for Variant {
+    const ROWS: &'static [(&'static str, Self)] = &[("plain", Self::Plain), ("ridged", Self::Ridged)];
+}
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "fbm",
     summary: "fractional Brownian motion of simplex noise (values of about 0 to 1)",
-    keys: &[
-        Key::optional("seed", "integer", "1", "seed of the noise"),
-        Key::optional("centre", "position", "0 0 0 pc", "centre of the cloud"),
-        Key::optional("radius", "length", "1 pc", "radius of the cloud; it fades from half of it on"),
-        Key::optional("scale", "length", "0.7 pc", "size of the largest structures"),
-        Key::optional("octaves", "integer", "5", "number of octaves, 1 to 12"),
-        Key::optional("lacunarity", "number", "2.0", "frequency ratio of successive octaves, above 1"),
-        Key::optional("gain", "number", "0.5", "amplitude ratio of successive octaves"),
-        Key::optional("offset", "number", "0.2", "offset before clipping at zero; larger values fill more of space"),
-        Key::optional("variant", "text", "plain", "plain or ridged"),
-        Key::optional("warp", "length", "0 pc", "strength of domain warping by a second noise"),
-    ],
+    keys: &[SEED.row, CENTRE.row, RADIUS.row, SCALE.row, OCTAVES.row, LACUNARITY.row, GAIN.row, OFFSET.row, VARIANT.row, WARP.row],
     build,
 };
 
@@ -69,28 +81,22 @@ pub struct Fbm {
 }
 
 fn build(section: &Section, _: &Inputs) -> Result<Arc<dyn Field>> {
-    let seed = section.integer("seed", 0..=u32::MAX as i64)?.unwrap_or(1) as u32;
-    let variant = section.choice("variant", &["plain", "ridged"])?.unwrap_or("plain");
+    let seed = section.read(&SEED)?;
     let plain = Fbm::new(seed);
     let fbm = Fbm {
-        centre: section.position("centre")?.unwrap_or(plain.centre),
-        radius: section.positive::<Length>("radius")?.map_or(plain.radius, |l| l.0),
-        scale: section.positive::<Length>("scale")?.map_or(plain.scale, |l| l.0),
-        octaves: section.integer("octaves", OCTAVES)?.map_or(plain.octaves, |n| n as i32),
-        lacunarity: section.number("lacunarity", LACUNARITY)?.unwrap_or(plain.lacunarity),
-        gain: section.number("gain", GAIN)?.unwrap_or(plain.gain),
-        offset: section.number("offset", OFFSET)?.unwrap_or(plain.offset),
-        ridged: variant == "ridged",
-        warp: section.quantity::<Length>("warp")?.map_or(plain.warp, |l| l.0),
+        centre: section.read(&CENTRE)?,
+        radius: section.read(&RADIUS)?.0,
+        scale: section.read(&SCALE)?.0,
+        octaves: section.read(&OCTAVES)?,
+        lacunarity: section.read(&LACUNARITY)?,
+        gain: section.read(&GAIN)?,
+        offset: section.read(&OFFSET)?,
+        ridged: matches!(section.read(&VARIANT)?, Variant::Ridged),
+        warp: section.read(&WARP)?.0,
         ..plain
     };
     Ok(Arc::new(section.wrap("kind", fbm.checked())?))
 }
-
-const OCTAVES: RangeInclusive<i64> = 1..=12;
-const LACUNARITY: RangeInclusive<f64> = 1.0..=16.0;
-const GAIN: RangeInclusive<f64> = 0.0..=1.0;
-const OFFSET: RangeInclusive<f64> = -10.0..=10.0;
 
 impl Fbm {
     /// Noise number `seed`, as a scene has it that says nothing else: a cloud of radius 1 pc around the origin. Change
@@ -180,10 +186,10 @@ impl Field for Fbm {
         place("centre", self.centre)?;
         above_zero("radius", self.radius)?;
         above_zero("scale", self.scale)?;
-        within("octaves", f64::from(self.octaves), *OCTAVES.start() as f64..=*OCTAVES.end() as f64)?;
-        within("lacunarity", self.lacunarity, LACUNARITY)?;
-        within("gain", self.gain, GAIN)?;
-        within("offset", self.offset, OFFSET)?;
+        OCTAVES.check(f64::from(self.octaves))?;
+        LACUNARITY.check(self.lacunarity)?;
+        GAIN.check(self.gain)?;
+        OFFSET.check(self.offset)?;
         within("warp", self.warp, -f64::MAX..=f64::MAX)?;
         Ok(())
     }

@@ -1,78 +1,94 @@
 //! A field from a file: an array of NumPy, a FITS cube, an HDF5 dataset, or an OpenVDB grid.
 
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::constants::HYDROGEN_MASS;
-use spectra::units::{ExtinctionCoefficient, MassDensity, NumberDensity, Quantity};
+use spectra::units::{ExtinctionCoefficient, Length, MassDensity, MemorySize, NumberDensity, Quantity};
 
 use super::dust_map::DustMap;
-use super::placement::Placement;
+use super::placement::{AxisOrder, LARGEST_BLOCK, Placement};
 use super::{Field, Grid};
 use crate::blocks::Storage;
 use crate::data::{InputNote, Inputs, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
-use crate::properties::{Key, Kind, Section};
+use crate::properties::{Choice, Flag, Integer, Key, Kind, Number, OrDefault, Path, Position, Required, Section, Text};
 use crate::stored::too_small;
+
+pub(super) const FILE: Key<Path, Required> = Key::path("file", "the file, relative to the scene").required();
+const ARRAY: Key<Text> = Key::text(
+    "array",
+    "name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME of the HDU in a FITS file",
+)
+.otherwise("the only one");
+pub(super) const AXES: Key<Choice<AxisOrder>> =
+    Key::choice("axes", "order of the array's axes, slowest first").otherwise("xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)");
+pub(super) const LOW: Key<Position> = Key::position(
+    "low",
+    "lowest corner of the box of the voxels; if the file or voxel defines the box, of the part to read, in whole voxels",
+)
+.otherwise("from the file, or from voxel");
+pub(super) const HIGH: Key<Position> = Key::position("high", "highest corner").otherwise("from the file, or from voxel");
+pub(super) const VOXEL: Key<Length> =
+    Key::quantity::<Length>("voxel", "edge of a cubic voxel, which defines the box of the whole array").otherwise("from low and high");
+pub(super) const SCALE: Key<Length> = Key::quantity::<Length>("scale", "unit of length of files without one, such as .vdb");
+pub(super) const CENTRE: Key<Position> =
+    Key::position("centre", "centre of the box of the whole array").otherwise("0 0 0 pc with voxel, otherwise from the file");
+pub(super) const EVERY: Key<Integer<usize>, OrDefault> =
+    Key::integer("every", "number of voxels per axis to average into one; the whole file is never in memory")
+        .range(1..=LARGEST_BLOCK)
+        .default(1);
+pub(super) const MEMORY: Key<MemorySize> =
+    Key::quantity::<MemorySize>("memory", "memory limit of the array, met by the smallest sufficient `every`").positive().excludes("every");
+pub(super) const PRESET: Key<Choice<&'static DustMap>> = Key::choice(
+    "preset",
+    "published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = \"1 mag/pc\"); it defines array, unit and box, and clips",
+);
+const UNIT: Key<Text> = Key::text(
+    "unit",
+    "unit of the values (BUNIT of FITS, units of HDF5): number densities are converted to cm-3, extinctions per length to mag/pc; mass densities require mass_per_h; other values are unchanged",
+)
+.otherwise("the file's own")
+.excludes("preset");
+const MASS_PER_H: Key<Number> =
+    mass_per_h("gas mass per hydrogen nucleus in hydrogen masses, to convert mass densities to nuclei per cm3: 1.4 for solar abundances")
+        .required_for("mass densities");
+pub(super) const WCS: Key<Flag, OrDefault> = Key::flag(
+    "wcs",
+    "read the file's coordinates (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false to use low and high, or voxel",
+)
+.default(true);
+const STORAGE: Key<Choice<Storage>> = Key::choice(
+    "storage",
+    "storage in sparse blocks of 16 x 16 x 16 voxels; half has relative errors of up to 1/2048, byte up to 1/508 of the largest value in the block",
+)
+.otherwise("dense; single for .vdb and arrays above half of the memory limit");
+const FACTOR: Key<Number, OrDefault> = Key::number("factor", "factor of all values").range(f64::MIN..=f64::MAX).default(1.0);
+const CLIP: Key<Flag> =
+    Key::flag("clip", "set blank, NaN and negative cells to zero instead of an error").otherwise("false, true with preset");
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "grid",
     summary: "3-D array from .npy, .npz, FITS, HDF5 or OpenVDB, trilinear between voxel centres",
     keys: &[
-        Key::required("file", "path", "the file, relative to the scene"),
-        Key::optional(
-            "array",
-            "text",
-            "the only one",
-            "name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME of the HDU in a FITS file",
-        ),
-        Key::optional("axes", "text", "xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)", "order of the array's axes, slowest first"),
-        Key::optional(
-            "low",
-            "position",
-            "from the file, or from voxel",
-            "lowest corner of the box of the voxels; if the file or voxel defines the box, of the part to read, in whole voxels",
-        ),
-        Key::optional("high", "position", "from the file, or from voxel", "highest corner"),
-        Key::optional("voxel", "length", "from low and high", "edge of a cubic voxel, which defines the box of the whole array"),
-        Key::optional("scale", "length", "none", "unit of length of files without one, such as .vdb"),
-        Key::optional("centre", "position", "0 0 0 pc with voxel, otherwise from the file", "centre of the box of the whole array"),
-        Key::optional("every", "whole number", "1", "number of voxels per axis to average into one; the whole file is never in memory"),
-        Key::optional("memory", "memory size", "none", "memory limit of the array, met by the smallest sufficient `every`"),
-        Key::optional(
-            "preset",
-            "text",
-            "none",
-            "published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = \"1 mag/pc\"): edenhofer24, leike20, lallement22, vergely22; it defines array, unit and box, and clips",
-        ),
-        Key::optional(
-            "unit",
-            "text",
-            "the file's own",
-            "unit of the values (BUNIT of FITS, units of HDF5): number densities are converted to cm-3, extinctions per length to mag/pc; mass densities require mass_per_h; other values are unchanged",
-        ),
-        Key::optional(
-            "mass_per_h",
-            "number",
-            "required for mass densities",
-            "gas mass per hydrogen nucleus in hydrogen masses, to convert mass densities to nuclei per cm3: 1.4 for solar abundances",
-        ),
-        Key::optional(
-            "wcs",
-            "boolean",
-            "true",
-            "read the file's coordinates (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false to use low and high, or voxel",
-        ),
-        Key::optional(
-            "storage",
-            "text",
-            "dense; single for .vdb and arrays above half of the memory limit",
-            "storage in sparse blocks of 16 x 16 x 16 voxels: single, half or byte; half has relative errors of up to 1/2048, byte up to 1/508 of the largest value in the block",
-        ),
-        Key::optional("factor", "number", "1", "factor of all values"),
-        Key::optional("clip", "boolean", "false, true with preset", "set blank, NaN and negative cells to zero instead of an error"),
+        FILE.row,
+        ARRAY.row,
+        AXES.row,
+        LOW.row,
+        HIGH.row,
+        VOXEL.row,
+        SCALE.row,
+        CENTRE.row,
+        EVERY.row,
+        MEMORY.row,
+        PRESET.row,
+        UNIT.row,
+        MASS_PER_H.row,
+        WCS.row,
+        STORAGE.row,
+        FACTOR.row,
+        CLIP.row,
     ],
     build,
 };
@@ -96,11 +112,11 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
 /// If a key is wrong, the file is missing or broken, or its values are no densities.
 pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     read(section, inputs).map_err(|error| {
-        let Ok(Some(label)) = section.text("file").map(|file| file.map(|file| inputs.label(file))) else { return error };
+        let Ok(Some(label)) = section.stated(&FILE).map(|file| file.map(|file| inputs.label(file))) else { return error };
         match error {
             Error::Scene { message, place } if !message.contains(&label) => Error::Scene { message: format!("{label}: {message}"), place },
             values @ Error::FieldValues { .. } => {
-                section.error("file", format!("{label}: {values}; clip = true sets blank, NaN and negative cells to zero"))
+                section.error(&FILE, format!("{label}: {values}; clip = true sets blank, NaN and negative cells to zero"))
             }
             other => other,
         }
@@ -108,16 +124,14 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
 }
 
 fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
-    let keys: Vec<&str> = std::iter::once("kind").chain(KIND.keys.iter().map(|key| key.name)).collect();
-    section.check_keys(&keys)?;
-    let file = section.need_text("file")?;
-    let map = DustMap::of(section)?;
-    let clip = section.flag("clip")?.unwrap_or(map.is_some());
-    let said = section.number("factor", f64::MIN..=f64::MAX)?.unwrap_or(1.0);
-    let names = Storage::ALL.map(|(name, _)| name);
-    let storage = section.choice("storage", &names)?.and_then(|said| Storage::ALL.into_iter().find(|(name, _)| *name == said)).map(|s| s.1);
+    section.check_kind(KIND.keys)?;
+    let file = section.read(&FILE)?;
+    let map = section.read(&PRESET)?;
+    let clip = section.read(&CLIP)?.unwrap_or(map.is_some());
+    let said = section.read(&FACTOR)?;
+    let storage = section.read(&STORAGE)?;
     let mut placed = None;
-    let member = section.text("array")?.or(map.and_then(|map| map.array));
+    let member = section.read(&ARRAY)?.or(map.and_then(|map| map.array));
     let array = inputs.array(file, member, &mut |layout| {
         let mut placement = match map {
             Some(map) => Placement::of(section, &map.laid_out(layout))?,
@@ -130,7 +144,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
         // Means are of what is left; otherwise it is looked at when it is there.
         placement.part.clip = clip && placement.part.every > 1;
         if placement.part.clip && said < 0.0 {
-            return Err(section.error("factor", "with every and clip, factor must not be negative"));
+            return Err(section.error(&FACTOR, "with every and clip, factor must not be negative"));
         }
         let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
         let (size, name) = match map {
@@ -146,17 +160,17 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     let array = array.map_err(|e| match (map, &placed) {
         (Some(map), None) if matches!(e, Error::File { .. }) => {
             let (file, at) = map.source;
-            section.error("file", format!("{e}; the map {} is {file} from {at}", map.name))
+            section.error(&FILE, format!("{e}; the map {} is {file} from {at}", map.name))
         }
         _ => e,
     });
-    let array = section.wrap("file", array)?;
-    let (placement, factor, unit) = placed.ok_or_else(|| section.error("file", "nothing of it was read"))?;
+    let array = section.wrap(&FILE, array)?;
+    let (placement, factor, unit) = placed.ok_or_else(|| section.error(&FILE, "nothing of it was read"))?;
     inputs.note(volume_note(file, &placement, unit.as_deref(), factor));
     let lattice = placement.lattice.clone();
     let strides = placement.strides(&array);
     let held = |largest: f64| match too_small(largest) {
-        Some(message) => Err(section.error(if section.has("factor") { "factor" } else { "file" }, message)),
+        Some(message) => Err(section.error(if section.has(&FACTOR) { &FACTOR.row } else { &FILE.row }, message)),
         None => Ok(()),
     };
     let [nx, ny, _] = lattice.dims.map(|n| n as isize);
@@ -198,32 +212,30 @@ fn volume_note(file: &str, placement: &Placement, unit: Option<&str>, factor: f6
 const DENSITY: &str = "cm-3";
 const EXTINCTION: &str = "mag/pc";
 
-/// The key of the mean mass of gas per hydrogen nucleus [hydrogen atoms], and its range: pure hydrogen to gas without any.
-const MASS_PER_H: &str = "mass_per_h";
-const MASSES_PER_H: RangeInclusive<f64> = 1.0..=1000.0;
+/// The key of the mean mass of gas per hydrogen nucleus [hydrogen atoms], from pure hydrogen to gas almost without.
+pub(crate) const fn mass_per_h(summary: &'static str) -> Key<Number> {
+    Key::number("mass_per_h", summary).range(1.0..=1000.0).example("1.4")
+}
 
-/// The mass of gas per hydrogen nucleus \[g\] that a section states.
-///
-/// # Errors
-/// A number outside of 1 to 1000.
-pub(crate) fn grams_per_h(section: &Section) -> Result<Option<f64>> {
-    Ok(section.number(MASS_PER_H, MASSES_PER_H)?.map(|atoms| atoms * HYDROGEN_MASS * 1e3))
+/// The mass of gas per hydrogen nucleus \[g\] of a mass in hydrogen atoms.
+pub(crate) fn grams_per_h(atoms: f64) -> f64 {
+    atoms * HYDROGEN_MASS * 1e3
 }
 
 /// Unit of the values: in cm-3 where it is a number density, in mag/pc where it is an extinction; and in what values
 /// are then.
 fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
-    let grams = grams_per_h(section)?;
-    let stated = section.text("unit")?;
+    let grams = section.read(&MASS_PER_H)?.map(grams_per_h);
+    let stated = section.read(&UNIT)?;
     let mass = [stated, own].into_iter().flatten().find(|unit| MassDensity::unit_size(unit).is_some());
     match (mass, grams) {
         (Some(mass), None) => {
             let message = format!(
                 "values in \"{mass}\" are a mass density; add mass_per_h = 1.4, the gas mass per hydrogen nucleus in hydrogen masses, to convert them to n_H in cm-3"
             );
-            return Err(section.error("unit", message));
+            return Err(section.error(&UNIT, message));
         }
-        (None, Some(_)) => return Err(section.error(MASS_PER_H, "requires a unit of mass per volume, such as unit = \"g/cm3\"")),
+        (None, Some(_)) => return Err(section.error(&MASS_PER_H, "requires a unit of mass per volume, such as unit = \"g/cm3\"")),
         _ => {}
     }
     let extinction = |unit: &str| Some(ExtinctionCoefficient::unit_size(unit)? / ExtinctionCoefficient::unit_size(EXTINCTION)?);
@@ -238,17 +250,17 @@ fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
             let message = format!(
                 "the file's unit is \"{own}\", which is neither a density nor an extinction; write unit = \"{own}\" to use the values unchanged, and choose the scale of dust or gas accordingly"
             );
-            section.error("file", message)
+            section.error(&FILE, message)
         }),
         (Some(said), None) => size(said).ok_or_else(|| {
             let known: Vec<&str> = NumberDensity::UNITS.iter().chain(MassDensity::UNITS).chain(ExtinctionCoefficient::UNITS).map(|(name, _)| *name).collect();
             let message = format!("\"{said}\" is not a known unit of number density, mass density or extinction ({}); remove `unit` to use the values unchanged", known.join(", "));
-            section.error("unit", message)
+            section.error(&UNIT, message)
         }),
         (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or_else(|| (1.0, Some(said.trim().to_owned())))),
         (Some(said), Some(own)) => match (size(said), size(own)) {
             (Some(a), Some(b)) if a.0 == b.0 => Ok(a),
-            _ => Err(section.error("unit", format!("the scene's unit is \"{said}\", the file's is \"{own}\"; correct or remove one"))),
+            _ => Err(section.error(&UNIT, format!("the scene's unit is \"{said}\", the file's is \"{own}\"; correct or remove one"))),
         },
     }
 }

@@ -44,8 +44,8 @@ pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
 pub use grid::Grid;
 pub use lattice::Lattice;
 pub use lattice::trilinear;
-pub(crate) use loaded::grams_per_h;
 pub use loaded::{Loaded, load};
+pub(crate) use loaded::{grams_per_h, mass_per_h};
 pub use partition::Partition;
 pub use plummer::Plummer;
 pub use shell::Shell;
@@ -175,7 +175,7 @@ pub const KINDS: &[Kind<Arc<dyn Field>>] =
 
 /// True if the field of a `[field.NAME]` table takes so long that it can be made roughly first.
 pub(crate) fn takes_long(section: &Section) -> bool {
-    section.text("kind").ok().flatten() == Some(turbulence::KIND.name) && turbulence::takes_long(section)
+    section.kind() == Some(turbulence::KIND.name) && turbulence::takes_long(section)
 }
 
 /// Builds the field that a `[field.NAME]` table describes.

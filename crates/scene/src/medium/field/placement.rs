@@ -1,21 +1,37 @@
 //! Placement of a file's array in a scene, and the part that is read.
 
 use glam::DVec3;
-use spectra::units::{Length, MemorySize, Quantity};
+use spectra::units::{Length, Quantity};
 
 use super::Lattice;
+use super::loaded::{AXES, CENTRE, EVERY, FILE, HIGH, LOW, MEMORY, PRESET, SCALE, VOXEL, WCS};
 use crate::blocks::{Blocking, Storage};
 use crate::data::{AXIS_ORDERS, Array, Axis, Frame, Layout, Part};
 use crate::error::Result;
 use crate::geometry::Bounds;
-use crate::properties::Section;
+use crate::properties::{Choices, KeyRow, Section};
 
 /// Tolerance between voxels of the scene and of the file's own frame, relative to a voxel.
 const FRAME_TOLERANCE: f64 = 0.01;
 /// Tolerance of corners on the face of a box \[voxels\].
 const ON_A_FACE: f64 = 1e-3;
 /// Voxels along an edge of a block at most.
-const LARGEST_BLOCK: i64 = 1024;
+/// Order of the axes of an array, slowest first.
+#[derive(Clone, Copy)]
+pub(super) struct AxisOrder(&'static str);
+
+impl Choices for AxisOrder {
+    const ROWS: &'static [(&'static str, Self)] = &[
+        (AXIS_ORDERS[0], Self(AXIS_ORDERS[0])),
+        (AXIS_ORDERS[1], Self(AXIS_ORDERS[1])),
+        (AXIS_ORDERS[2], Self(AXIS_ORDERS[2])),
+        (AXIS_ORDERS[3], Self(AXIS_ORDERS[3])),
+        (AXIS_ORDERS[4], Self(AXIS_ORDERS[4])),
+        (AXIS_ORDERS[5], Self(AXIS_ORDERS[5])),
+    ];
+}
+
+pub(super) const LARGEST_BLOCK: i64 = 1024;
 
 /// Which axis of an array is which of the scene's, the part of it that is read, and the voxels that come of it.
 #[derive(Debug)]
@@ -34,11 +50,11 @@ impl Placement {
     /// The place of an array that its file lays out so, by the keys of a section.
     pub fn of(section: &Section, layout: &Layout) -> Result<Self> {
         let usual = layout.frame.as_ref().map_or("xyz", |frame| frame.order);
-        let stated = section.choice("axes", &AXIS_ORDERS)?;
-        let file = section.text("file")?.unwrap_or("the file");
+        let stated = section.read(&AXES)?.map(|AxisOrder(order)| order);
+        let file = section.stated(&FILE)?.unwrap_or("the file");
         if let Some(names) = layout.frame.as_ref().and_then(|frame| frame.unnamed.as_ref()).filter(|_| stated.is_none()) {
             let message = format!("{file}: the axes are {names}, slowest first, not x, y and z; write axes = \"zyx\" or another order");
-            return Err(section.error("file", message));
+            return Err(section.error(&FILE, message));
         }
         let order = stated.unwrap_or(usual);
         let axes = by_letter(order);
@@ -46,21 +62,18 @@ impl Placement {
         let own = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;
         let backwards = own.backwards;
         let (whole, wanted) = boxes(section, dims, own)?;
-        let every = section.integer("every", 1..=LARGEST_BLOCK)?.map(|every| every as usize);
+        let every = section.stated(&EVERY)?;
         let placed = |every: usize| {
             let part = Part { every, ..layout.whole() };
             let mut placement = Self { axes, backwards, part, lattice: Lattice { dims, bounds: whole } };
             (0..3).for_each(|axis| placement.cut(axis, &whole, wanted.as_ref(), dims[axis]));
             placement
         };
-        let Some(memory) = section.positive::<MemorySize>("memory")? else { return Ok(placed(every.unwrap_or(1))) };
-        if every.is_some() {
-            return Err(section.error("memory", "every and memory exclude each other; remove one"));
-        }
+        let Some(memory) = section.read(&MEMORY)? else { return Ok(placed(every.unwrap_or(1))) };
         let fits = |placement: &Self| placement.bytes() as f64 <= memory.0;
         (1..=LARGEST_BLOCK as usize).map(placed).find(fits).ok_or_else(|| {
             let message = format!("no array fits into {memory}, not even with blocks of {LARGEST_BLOCK} voxels; increase memory");
-            section.error("memory", message)
+            section.error(&MEMORY, message)
         })
     }
 
@@ -140,22 +153,22 @@ struct OwnBox {
 
 impl OwnBox {
     fn of(section: &Section, frame: Option<&Frame>, axes: [usize; 3], dims: [usize; 3]) -> Result<Self> {
-        let scale = section.positive::<Length>("scale")?;
+        let scale = section.read(&SCALE)?;
         let is_sparse = frame.is_some_and(|frame| frame.is_sparse);
         let silent = |reason: String| Self { bounds: Err(reason), backwards: [false; 3], is_cubic: true, is_sparse, is_movable: true };
-        let is_read = section.flag("wcs")?.unwrap_or(true);
-        let file = section.text("file")?.unwrap_or("the file");
+        let is_read = section.read(&WCS)?;
+        let file = section.stated(&FILE)?.unwrap_or("the file");
         let frame = frame.filter(|_| is_read);
         if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
             let message = format!(
                 "{file}: axis {} is a {other}, so the cube is not a volume; convert it to a density along three lengths, or write wcs = false with low and high to read it as one",
                 ['x', 'y', 'z'][i]
             );
-            return Err(section.error("file", message));
+            return Err(section.error(&FILE, message));
         }
         if let Some(problem) = frame.and_then(|frame| frame.problem.as_ref()) {
             let message = format!("{file}: {problem}; resample the cube along its own axes, or place it with wcs = false, low and high");
-            return Err(section.error("file", message));
+            return Err(section.error(&FILE, message));
         }
         if let Some(frame) = frame
             && frame.is_by_letter
@@ -165,17 +178,17 @@ impl OwnBox {
                 "the file defines its box along x, y and z but does not name its axes, which were read as {}; write low and high, and wcs = false",
                 frame.order
             );
-            return Err(section.error("axes", message));
+            return Err(section.error(&AXES, message));
         }
         let own: Option<Vec<&Axis>> = frame.and_then(|frame| axes.iter().map(|axis| frame.axes[*axis].as_ref()).collect());
         let Some(own) = own else {
             if scale.is_some() {
-                return Err(section.error("scale", "the file has no lengths to scale; write voxel, or low and high"));
+                return Err(section.error(&SCALE, "the file has no lengths to scale; write voxel, or low and high"));
             }
             return Ok(silent(String::new()));
         };
         if let (Some(_), Some(axis)) = (scale, own.iter().find(|axis| !axis.unit.is_empty())) {
-            return Err(section.error("scale", format!("the file's axes are in \"{}\"; remove scale", axis.unit)));
+            return Err(section.error(&SCALE, format!("the file's axes are in \"{}\"; remove scale", axis.unit)));
         }
         let mut bounds = Ok(Bounds { low: DVec3::ZERO, high: DVec3::ZERO });
         for (i, axis) in own.iter().enumerate() {
@@ -199,26 +212,26 @@ impl OwnBox {
         let is_cubic =
             own.iter().any(|axis| axis.unit != own[0].unit) || steps.max_element() <= (1.0 + FRAME_TOLERANCE) * steps.min_element();
         let backwards = std::array::from_fn(|i| own[i].step < 0.0);
-        Ok(Self { bounds, backwards, is_cubic, is_sparse, is_movable: !is_sparse && !section.has("preset") })
+        Ok(Self { bounds, backwards, is_cubic, is_sparse, is_movable: !is_sparse && !section.has(&PRESET) })
     }
 }
 
 /// The box that all of an array fills, and that which is wanted of it where it is not all.
 fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Option<Bounds>)> {
-    let corners = (section.has("low") || section.has("high")).then(|| section.bounds("low", "high")).transpose()?;
-    let centre = section.position("centre")?;
-    if let (Some(_), Some(_), None) = (centre, corners, section.positive::<Length>("voxel")?) {
-        return Err(section.error("centre", "low and high already define the box; remove one"));
+    let corners = (section.has(&LOW) || section.has(&HIGH)).then(|| section.bounds(&LOW, &HIGH)).transpose()?;
+    let centre = section.read(&CENTRE)?;
+    if let (Some(_), Some(_), None) = (centre, corners, section.read(&VOXEL)?) {
+        return Err(section.error(&CENTRE, "low and high already define the box; remove one"));
     }
-    if let Some(voxel) = section.positive::<Length>("voxel")? {
+    if let Some(voxel) = section.read(&VOXEL)? {
         if !own.is_cubic {
-            return Err(section.error("voxel", "the file's voxels are not cubes; write scale, or low and high"));
+            return Err(section.error(&VOXEL, "the file's voxels are not cubes; write scale, or low and high"));
         }
         let half = 0.5 * voxel.0 * DVec3::from(dims.map(|n| n as f64));
         let centre = centre.unwrap_or(DVec3::ZERO);
         let whole = Bounds { low: centre - half, high: centre + half };
         if let Ok(frame) = own.bounds.as_ref() {
-            has_same_size(&whole, frame).then_some(()).ok_or_else(|| other_size(section, "voxel", &whole, frame))?;
+            has_same_size(&whole, frame).then_some(()).ok_or_else(|| other_size(section, &VOXEL.row, &whole, frame))?;
         }
         return within(section, whole, corners, own.is_sparse);
     }
@@ -234,9 +247,9 @@ fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Op
         (Err(_), Some(corners)) => Ok((corners, None)),
         (Err(reason), None) if reason.is_empty() => {
             let message = "the array does not define a box; write low = \"-1 -1 -1 pc\" and high = \"1 1 1 pc\", or voxel = \"0.1 pc\"";
-            Err(section.error("low", message))
+            Err(section.error(&LOW, message))
         }
-        (Err(reason), None) => Err(section.error("file", format!("{reason}voxel, or low and high"))),
+        (Err(reason), None) => Err(section.error(&FILE, format!("{reason}voxel, or low and high"))),
     }
 }
 
@@ -256,12 +269,12 @@ fn within(section: &Section, whole: Bounds, corners: Option<Bounds>, is_sparse: 
         if is_sparse && cut.low.cmplt(cut.high).all() { cut } else { corners }
     });
     match corners {
-        Some(corners) if !lies_within(&corners, &whole) => Err(other_size(section, "low", &corners, &whole)),
+        Some(corners) if !lies_within(&corners, &whole) => Err(other_size(section, &LOW.row, &corners, &whole)),
         corners => Ok((whole, corners)),
     }
 }
 
-fn other_size(section: &Section, key: &str, said: &Bounds, own: &Bounds) -> crate::error::Error {
+fn other_size(section: &Section, key: &KeyRow, said: &Bounds, own: &Bounds) -> crate::error::Error {
     let of = |size: DVec3| format!("{:.4} x {:.4} x {:.4} pc", size.x, size.y, size.z);
     let corner = |at: DVec3| format!("{:.4} {:.4} {:.4}", at.x, at.y, at.z);
     let message = format!(

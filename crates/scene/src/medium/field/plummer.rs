@@ -13,21 +13,21 @@ use super::sphere::sphere_crossings;
 use super::{Field, above_zero, place};
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::properties::{Key, Kind};
+use crate::properties::{Key, Kind, OrDefault, Position, Required};
+
+const CENTRE: Key<Position, OrDefault> = Key::position("centre", "centre of the cluster").default("0 0 0 pc");
+const CORE: Key<Length, Required> = Key::quantity::<Length>("core", "the Plummer radius a").positive().required();
+const CUT: Key<Length> = Key::quantity::<Length>("cut", "radius beyond which it is zero").positive().otherwise("5 core");
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "plummer",
     summary: "(1 + r2/a2)^(-5/2), cut at a radius",
-    keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "centre of the cluster"),
-        Key::required("core", "length", "the Plummer radius a"),
-        Key::optional("cut", "length", "5 core", "radius beyond which it is zero"),
-    ],
+    keys: &[CENTRE.row, CORE.row, CUT.row],
     build: |section, _| {
-        let core = section.need_positive::<Length>("core")?.0;
-        let plummer = section.wrap("core", Plummer::new(section.position("centre")?.unwrap_or(DVec3::ZERO), core))?;
-        Ok(Arc::new(match section.positive::<Length>("cut")? {
-            Some(cut) => section.wrap("cut", plummer.cut(cut.0))?,
+        let core = section.read(&CORE)?.0;
+        let plummer = section.wrap(&CORE, Plummer::new(section.read(&CENTRE)?, core))?;
+        Ok(Arc::new(match section.read(&CUT)? {
+            Some(cut) => section.wrap(&CUT, plummer.cut(cut.0))?,
             None => plummer,
         }))
     },
@@ -42,7 +42,7 @@ pub struct Plummer {
 }
 
 /// Default cut-off, in Plummer radii.
-const CUT: f64 = 5.0;
+const CUT_IN_CORES: f64 = 5.0;
 
 impl Plummer {
     /// A sphere around `centre` \[pc\] of Plummer radius `core_pc`, cut at five of them.
@@ -51,7 +51,7 @@ impl Plummer {
     /// If the radius is not above zero.
     pub fn new(centre: DVec3, core_pc: f64) -> Result<Self> {
         let core = above_zero("core", core_pc)?;
-        Ok(Self { centre: place("centre", centre)?, core, cut: CUT * core })
+        Ok(Self { centre: place("centre", centre)?, core, cut: CUT_IN_CORES * core })
     }
 
     /// Zero beyond `cut_pc` from the middle.

@@ -11,25 +11,26 @@ use super::sphere::sphere_crossings;
 use super::{Field, above_zero, place};
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, Ray};
-use crate::properties::{Key, Kind};
+use crate::properties::{Key, Kind, OrDefault, Position, Required};
+
+const CENTRE: Key<Position, OrDefault> = Key::position("centre", "centre of the shell").default("0 0 0 pc");
+const RADIUS: Key<Length, Required> = Key::quantity::<Length>(
+    "radius",
+    "radius of the wall, whose density is 1; a growing shell keeps its mass if `scale` decreases with radius² thickness",
+)
+.positive()
+.required();
+const THICKNESS: Key<Length, Required> = Key::quantity::<Length>("thickness", "standard deviation of the wall").positive().required();
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "shell",
     summary: "a spherical shell with a Gaussian wall",
-    keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "centre of the shell"),
-        Key::required(
-            "radius",
-            "length",
-            "radius of the wall, whose density is 1; a growing shell keeps its mass if `scale` decreases with radius² thickness",
-        ),
-        Key::required("thickness", "length", "standard deviation of the wall"),
-    ],
+    keys: &[CENTRE.row, RADIUS.row, THICKNESS.row],
     build: |section, _| {
-        let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
-        let radius = section.need_positive::<Length>("radius")?.0;
-        let thickness = section.need_positive::<Length>("thickness")?.0;
-        Ok(Arc::new(section.wrap("thickness", Shell::new(centre, radius, thickness))?))
+        let centre = section.read(&CENTRE)?;
+        let radius = section.read(&RADIUS)?.0;
+        let thickness = section.read(&THICKNESS)?.0;
+        Ok(Arc::new(section.wrap(&THICKNESS, Shell::new(centre, radius, thickness))?))
     },
 };
 

@@ -8,22 +8,22 @@ use spectra::units::Length;
 use super::{Field, above_zero, place, unit};
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::properties::{Key, Kind};
+use crate::properties::{Direction, Key, Kind, OrDefault, Position, Required};
+
+const CENTRE: Key<Position, OrDefault> = Key::position("centre", "centre of the cube, on the middle plane").default("0 0 0 pc");
+const NORMAL: Key<Direction, OrDefault> = Key::direction("normal", "normal of the planes").default(&[0.0, 0.0, 1.0]);
+const THICKNESS: Key<Length, Required> = Key::quantity::<Length>("thickness", "distance of the planes").positive().required();
+const EXTENT: Key<Length, Required> = Key::quantity::<Length>("extent", "half edge of the bounding cube").positive().required();
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "slab",
     summary: "1 between two planes of any orientation, within a cube",
-    keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "centre of the cube, on the middle plane"),
-        Key::optional("normal", "direction", "[0, 0, 1]", "normal of the planes"),
-        Key::required("thickness", "length", "distance of the planes"),
-        Key::required("extent", "length", "half edge of the bounding cube"),
-    ],
+    keys: &[CENTRE.row, NORMAL.row, THICKNESS.row, EXTENT.row],
     build: |section, _| {
-        let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
-        let normal = section.direction("normal")?.unwrap_or(DVec3::Z);
-        let (thickness, extent) = (section.need_positive::<Length>("thickness")?.0, section.need_positive::<Length>("extent")?.0);
-        Ok(Arc::new(section.wrap("extent", Slab::new(centre, normal, thickness, extent))?))
+        let centre = section.read(&CENTRE)?;
+        let normal = section.read(&NORMAL)?;
+        let (thickness, extent) = (section.read(&THICKNESS)?.0, section.read(&EXTENT)?.0);
+        Ok(Arc::new(section.wrap(&EXTENT, Slab::new(centre, normal, thickness, extent))?))
     },
 };
 

@@ -8,19 +8,19 @@ use spectra::units::Length;
 use super::{Field, above_zero, place};
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
-use crate::properties::{Key, Kind};
+use crate::properties::{Key, Kind, OrDefault, Position, Required};
+
+const CENTRE: Key<Position, OrDefault> = Key::position("centre", "centre of the sphere").default("0 0 0 pc");
+const RADIUS: Key<Length, Required> = Key::quantity::<Length>("radius", "radius of the sphere").positive().required();
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "sphere",
     summary: "1 inside of a sphere",
-    keys: &[
-        Key::optional("centre", "position", "0 0 0 pc", "centre of the sphere"),
-        Key::required("radius", "length", "radius of the sphere"),
-    ],
+    keys: &[CENTRE.row, RADIUS.row],
     build: |section, _| {
-        let centre = section.position("centre")?.unwrap_or(DVec3::ZERO);
-        let radius = section.need_positive::<Length>("radius")?.0;
-        Ok(Arc::new(section.wrap("radius", Sphere::new(centre, radius))?))
+        let centre = section.read(&CENTRE)?;
+        let radius = section.read(&RADIUS)?.0;
+        Ok(Arc::new(section.wrap(&RADIUS, Sphere::new(centre, radius))?))
     },
 };
 

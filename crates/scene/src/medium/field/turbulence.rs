@@ -26,39 +26,60 @@ use crate::error::Result;
 use crate::field::lattice::Lattice;
 use crate::geometry::Bounds;
 use crate::memory;
-use crate::properties::{Key, Kind, Section};
+use crate::properties::{Choice, Choices, Integer, Key, Kind, Number, OrDefault, Position, Section};
 use crate::random::Counter;
 
 /// How compressive the forcing is, b: 1/3 where it is solenoidal, 1 where it is compressive, 0.4 for the natural mixture
 /// (Federrath et al. 2010, A&A 512, A81).
-const FORCING: [(&str, f64); 3] = [("solenoidal", 1.0 / 3.0), ("mixed", 0.4), ("compressive", 1.0)];
+#[derive(Clone, Copy)]
+enum Forcing {
+    Solenoidal,
+    Mixed,
+    Compressive,
+}
+
+impl Choices for Forcing {
+    const ROWS: &'static [(&'static str, Self)] =
+        &[("solenoidal", Self::Solenoidal), ("mixed", Self::Mixed), ("compressive", Self::Compressive)];
+}
+
+impl Forcing {
+    const fn b(self) -> f64 {
+        match self {
+            Self::Solenoidal => 1.0 / 3.0,
+            Self::Mixed => 0.4,
+            Self::Compressive => 1.0,
+        }
+    }
+}
 /// The exponent of the three-dimensional spectrum unless told otherwise: that of Kolmogorov, 5/3 along a line.
-const SLOPE: f64 = 11.0 / 3.0;
-const SLOPES: std::ops::RangeInclusive<f64> = 3.05..=8.0;
-const MACH: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
-const VOXELS: std::ops::RangeInclusive<i64> = 8..=2048;
+const SLOPE_OF_KOLMOGOROV: f64 = 11.0 / 3.0;
 /// Voxels that are made at once where a scene is read roughly: the same waves, without the fine ones.
 const ROUGH: usize = 64;
+
+const SEED: Key<Integer<u32>, OrDefault> = Key::integer("seed", "seed of the random waves").default(1);
+const LOW: Key<Position, OrDefault> = Key::position("low", "lower corner of the box; the field is periodic in it").default("-1 -1 -1 pc");
+const HIGH: Key<Position, OrDefault> = Key::position("high", "upper corner of the box").default("1 1 1 pc");
+const VOXELS: Key<Integer<usize>, OrDefault> =
+    Key::integer("voxels", "voxels along the longest edge; more voxels add finer waves and keep the others").range(8..=2048).default(128);
+const OUTER_SCALE: Key<Length> = Key::quantity::<Length>("outer_scale", "driving scale of turbulence; larger waves are not stronger")
+    .positive()
+    .otherwise("half of the shortest edge");
+const MACH: Key<Number, OrDefault> = Key::number("mach", "rms Mach number M; 0 is uniform").range(0.0..=1000.0).default(5.0);
+const FORCING: Key<Choice<Forcing>, OrDefault> =
+    Key::choice("forcing", "driving of the turbulence: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²)").default("mixed");
+const PLASMA_BETA: Key<Number> =
+    Key::number("plasma_beta", "thermal over magnetic pressure").range(1e-6..=1e6).otherwise("no magnetic field");
+const SLOPE: Key<Number, OrDefault> =
+    Key::number("slope", "n of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010)")
+        .range(3.05..=8.0)
+        .default(SLOPE_OF_KOLMOGOROV)
+        .example("3.667");
 
 pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
     name: "turbulence",
     summary: "lognormal density of supersonic turbulence in a box, with mean 1, on voxels",
-    keys: &[
-        Key::optional("seed", "integer", "1", "seed of the random waves"),
-        Key::optional("low", "position", "-1 -1 -1 pc", "lower corner of the box; the field is periodic in it"),
-        Key::optional("high", "position", "1 1 1 pc", "upper corner of the box"),
-        Key::optional("voxels", "integer", "128", "voxels along the longest edge; more voxels add finer waves and keep the others"),
-        Key::optional("outer_scale", "length", "half of the shortest edge", "driving scale of turbulence; larger waves are not stronger"),
-        Key::optional("mach", "number", "5", "rms Mach number M; 0 is uniform"),
-        Key::optional("forcing", "text", "mixed", "solenoidal, mixed or compressive: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²)"),
-        Key::optional("plasma_beta", "number", "no magnetic field", "thermal over magnetic pressure"),
-        Key::optional(
-            "slope",
-            "number",
-            "3.667",
-            "n of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010)",
-        ),
-    ],
+    keys: &[SEED.row, LOW.row, HIGH.row, VOXELS.row, OUTER_SCALE.row, MACH.row, FORCING.row, PLASMA_BETA.row, SLOPE.row],
     build,
 };
 
@@ -87,8 +108,9 @@ impl Turbulence {
     /// If the box has no size, or the number is none.
     pub fn new(seed: u32, bounds: Bounds, mach: f64) -> Result<Self> {
         let bounds = bounds.checked()?;
-        let variance = variance(within("Mach number", mach, MACH)?, FORCING[1].1, None);
-        Ok(Self { seed, bounds, voxels: 128, outer_scale: 0.5 * bounds.size().min_element(), variance, slope: SLOPE })
+        MACH.check(mach)?;
+        let variance = variance(mach, Forcing::Mixed.b(), None);
+        Ok(Self { seed, bounds, voxels: 128, outer_scale: 0.5 * bounds.size().min_element(), variance, slope: SLOPE_OF_KOLMOGOROV })
     }
 
     /// The density on voxels, of mean one.
@@ -96,8 +118,8 @@ impl Turbulence {
     /// # Errors
     /// If a number is out of its range, or the waves take more than `memory_limit` bytes.
     pub fn grid(&self, memory_limit: u64) -> Result<Grid> {
-        within("voxels", self.voxels as f64, *VOXELS.start() as f64..=*VOXELS.end() as f64)?;
-        within("slope", self.slope, SLOPES)?;
+        VOXELS.check(self.voxels as f64)?;
+        SLOPE.check(self.slope)?;
         within("variance of the logarithm", self.variance, 0.0..=20.0)?;
         let bounds = self.bounds.checked()?;
         let edge = bounds.size().max_element();
@@ -166,29 +188,23 @@ fn variance(mach: f64, forcing: f64, plasma_beta: Option<f64>) -> f64 {
 
 /// True if a table asks for more voxels than can be made at once.
 pub(super) fn takes_long(section: &Section) -> bool {
-    section.integer("voxels", VOXELS).is_ok_and(|voxels| voxels.is_none_or(|voxels| voxels as usize > ROUGH))
+    section.read(&VOXELS).is_ok_and(|voxels| voxels > ROUGH)
 }
 
 fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
-    let corner = |key, default: f64| Ok::<_, crate::Error>(section.position(key)?.unwrap_or(DVec3::splat(default)));
-    let bounds = section.wrap("high", Bounds { low: corner("low", -1.0)?, high: corner("high", 1.0)? }.checked())?;
-    let seed = section.integer("seed", 0..=i64::from(u32::MAX))?.unwrap_or(1) as u32;
-    let forcing = section.choice("forcing", &FORCING.map(|(name, _)| name))?.unwrap_or("mixed");
-    let b = FORCING.iter().find(|(name, _)| *name == forcing).map_or(0.0, |(_, b)| *b);
-    let mach = section.number("mach", MACH)?.unwrap_or(5.0);
-    let plain = section.wrap("mach", Turbulence::new(seed, bounds, mach))?;
+    let bounds = Bounds { low: section.read(&LOW)?, high: section.read(&HIGH)? };
+    let bounds = section.wrap(&HIGH, bounds.checked())?;
+    let seed = section.read(&SEED)?;
+    let mach = section.read(&MACH)?;
+    let plain = section.wrap(&MACH, Turbulence::new(seed, bounds, mach))?;
     let turbulence = Turbulence {
-        voxels: section.integer("voxels", VOXELS)?.map_or(plain.voxels, |n| n as usize).min(if inputs.is_rough {
-            ROUGH
-        } else {
-            usize::MAX
-        }),
-        outer_scale: section.positive::<Length>("outer_scale")?.map_or(plain.outer_scale, |l| l.0),
-        variance: variance(mach, b, section.number("plasma_beta", 1e-6..=1e6)?),
-        slope: section.number("slope", SLOPES)?.unwrap_or(plain.slope),
+        voxels: section.read(&VOXELS)?.min(if inputs.is_rough { ROUGH } else { usize::MAX }),
+        outer_scale: section.read(&OUTER_SCALE)?.map_or(plain.outer_scale, |length| length.0),
+        variance: variance(mach, section.read(&FORCING)?.b(), section.read(&PLASMA_BETA)?),
+        slope: section.read(&SLOPE)?,
         ..plain
     };
-    Ok(Arc::new(section.wrap("voxels", turbulence.grid(inputs.memory_limit))?))
+    Ok(Arc::new(section.wrap(&VOXELS, turbulence.grid(inputs.memory_limit))?))
 }
 
 #[cfg(test)]
@@ -238,7 +254,7 @@ mod tests {
     /// Along lines, each wave has the power of all waves of space that look like it there.
     #[test]
     fn the_spectrum_is_what_was_asked_for() {
-        for slope in [SLOPE, 4.3] {
+        for slope in [SLOPE_OF_KOLMOGOROV, 4.3] {
             let mut measured = [0.0; 3];
             let wanted = Turbulence { slope, ..turbulence(64) };
             let spectrum = wanted.spectrum();

@@ -5,36 +5,30 @@
 //! α = 0: Henyey–Greenstein; g = 0, α = 1: Rayleigh. Source: Draine 2003, ApJ 598, 1017, eq. 4. Here g is its shape
 //! parameter; with α ≠ 0 the mean cosine is larger (his eq. 5).
 
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use spectra::constants::SPHERE;
 
 use super::henyey_greenstein::{draw, henyey_greenstein};
-use super::{MeanCosine, Phase, PhaseKind};
+use super::{G_FILE, MeanCosine, Phase, PhaseKind, mean_cosine};
 use crate::curve::{COLUMN, UNIT};
-use crate::error::{Error, Result};
-use crate::properties::Key;
+use crate::error::Result;
+use crate::properties::{Key, Number, OrDefault};
 use crate::random::Counter;
+
+const G: Key<Number> = mean_cosine("shape parameter");
+const ALPHA: Key<Number, OrDefault> =
+    Key::number("alpha", "0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh").range(0.0..=1e3).default(1.0);
 
 pub(super) const KIND: PhaseKind = PhaseKind {
     name: "draine",
     summary: "Draine 2003 with g(lambda) and alpha: between Rayleigh and Henyey-Greenstein",
-    keys: &[
-        Key::optional("g", "number", "the law's own", "shape parameter, -0.999 to 0.999"),
-        Key::optional("g_file", "path", "none", "text, ECSV, VOTable or FITS table of wavelength and g"),
-        UNIT,
-        COLUMN,
-        Key::optional("alpha", "number", "1", "0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh"),
-    ],
+    keys: &[G.row, G_FILE.row, UNIT.row, COLUMN.row, ALPHA.row],
     build: |section, inputs, extinction| {
         let g = MeanCosine::read(section, inputs, extinction)?;
-        Ok(Arc::new(section.wrap("g", Draine::new(g, section.number("alpha", ALPHA)?.unwrap_or(1.0)))?))
+        Ok(Arc::new(section.wrap(&G, Draine::new(g, section.read(&ALPHA)?))?))
     },
 };
-
-/// Values of α that scenes may say.
-const ALPHA: RangeInclusive<f64> = 0.0..=1e3;
 
 /// Draine's phase function, between Rayleigh's and Henyey and Greenstein's.
 #[derive(Debug, Clone)]
@@ -49,9 +43,7 @@ impl Draine {
     /// # Errors
     /// If |g| is above 0.999, or α outside of 0 to 1000.
     pub fn new(g: impl Into<MeanCosine>, alpha: f64) -> Result<Self> {
-        if !ALPHA.contains(&alpha) {
-            return Err(Error::out_of_range("alpha", alpha, format!("between {} and {}", ALPHA.start(), ALPHA.end())));
-        }
+        ALPHA.check(alpha)?;
         Ok(Self { g: g.into().checked()?, alpha })
     }
 }

@@ -8,24 +8,21 @@ use std::sync::Arc;
 
 use spectra::constants::SPHERE;
 
-use super::{MeanCosine, Phase, PhaseKind};
+use super::{G_FILE, MeanCosine, Phase, PhaseKind, mean_cosine};
 use crate::curve::{COLUMN, UNIT};
 use crate::error::Result;
-use crate::properties::Key;
+use crate::properties::{Key, Number};
 use crate::random::Counter;
+
+const G: Key<Number> = mean_cosine("mean cosine");
 
 pub(super) const KIND: PhaseKind = PhaseKind {
     name: "henyey_greenstein",
     summary: "Henyey & Greenstein 1941 with mean cosine g(lambda)",
-    keys: &[
-        Key::optional("g", "number", "the law's own", "mean cosine, -0.999 to 0.999"),
-        Key::optional("g_file", "path", "none", "text, ECSV, VOTable or FITS table of wavelength and g"),
-        UNIT,
-        COLUMN,
-    ],
+    keys: &[G.row, G_FILE.row, UNIT.row, COLUMN.row],
     build: |section, inputs, extinction| {
         let g = MeanCosine::read(section, inputs, extinction)?;
-        Ok(Arc::new(section.wrap("g", HenyeyGreenstein::new(g))?))
+        Ok(Arc::new(section.wrap(&G, HenyeyGreenstein::new(g))?))
     },
 };
 

@@ -25,7 +25,7 @@ use spectra::table::Table;
 use crate::curve;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
-use crate::properties::{Key, Section, chosen};
+use crate::properties::{Key, KeyRow, Number, Path, Section, chosen};
 use crate::random::Counter;
 
 /// Angular distribution of scattered light, normalised over the sphere.
@@ -76,7 +76,7 @@ pub struct PhaseKind {
     /// Summary in one line.
     pub summary: &'static str,
     /// The keys that it takes.
-    pub keys: &'static [Key],
+    pub keys: &'static [KeyRow],
     /// Makes the phase function from a table of a scene.
     pub build: fn(&Section, &Inputs, &Extinction) -> Result<Arc<dyn Phase>>,
 }
@@ -124,6 +124,14 @@ pub enum MeanCosine {
 /// The largest |g|: beyond it hardly any light is thrown to the side at all.
 const MAX_COSINE: f64 = 0.999;
 
+/// Key of a constant g.
+const fn mean_cosine(summary: &'static str) -> Key<Number> {
+    Key::number("g", summary).range(-MAX_COSINE..=MAX_COSINE).otherwise("the law's own").excludes("g_file")
+}
+
+const G: Key<Number> = mean_cosine("mean cosine");
+const G_FILE: Key<Path> = Key::path("g_file", "text, ECSV, VOTable or FITS table of wavelength and g");
+
 impl From<f64> for MeanCosine {
     fn from(g: f64) -> Self {
         MeanCosine::Constant(g)
@@ -159,20 +167,17 @@ impl MeanCosine {
 
     /// Reads the mean cosine from the key `g`, from a file, or from the law's own table.
     fn read(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Self> {
-        if let Some(g) = section.number("g", -MAX_COSINE..=MAX_COSINE)? {
-            if section.has("g_file") {
-                return Err(section.error("g_file", "g and g_file exclude each other; remove one"));
-            }
+        if let Some(g) = section.read(&G)? {
             return Ok(MeanCosine::Constant(g));
         }
-        if section.has("g_file") {
-            let table = curve::read(section, "g_file", Ordinate::MeanCosine, inputs)?.table;
-            return section.wrap("g_file", MeanCosine::Table(table).checked());
+        if section.has(&G_FILE) {
+            let table = curve::read(section, &G_FILE, Ordinate::MeanCosine, inputs)?.table;
+            return section.wrap(&G_FILE, MeanCosine::Table(table).checked());
         }
         let own = extinction.dust_table().map(|t| MeanCosine::Table(t.mean_cosine.clone()));
         own.ok_or_else(|| {
             section.error(
-                "g",
+                &G,
                 format!(
                     "g is required, because law \"{}\" does not define a mean cosine; write one such as g = 0.5, or g_file",
                     extinction.name

@@ -13,21 +13,23 @@ use spectra::table::Table;
 use super::{Phase, PhaseKind};
 use crate::data::{InputNote, Inputs};
 use crate::error::{Error, Result};
-use crate::properties::{Key, Section};
+use crate::properties::{Key, Path, Required, Section};
 use crate::random::Counter;
+
+const FILE: Key<Path, Required> = Key::path("file", "the CSV").required();
 
 pub(super) const KIND: PhaseKind = PhaseKind {
     name: "tabulated",
     summary: "from a CSV of cos theta and p for one or more wavelengths",
-    keys: &[Key::required("file", "path", "the CSV")],
+    keys: &[FILE.row],
     build: |section, inputs, _| Ok(Arc::new(read(section, inputs)?)),
 };
 
 /// Reads the phase function of the file that a section names.
 pub(crate) fn read(section: &Section, inputs: &Inputs) -> Result<Tabulated> {
-    let file = section.need_text("file")?;
-    let columns = section.wrap("file", inputs.columns(file))?;
-    let (table, note) = section.wrap("file", parse(file, &columns))?;
+    let file = section.read(&FILE)?;
+    let columns = section.wrap(&FILE, inputs.columns(file))?;
+    let (table, note) = section.wrap(&FILE, parse(file, &columns))?;
     inputs.note(InputNote { file: file.into(), text: format!("phase function: {note}"), is_inferred: false });
     Ok(table)
 }

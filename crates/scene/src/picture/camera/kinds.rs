@@ -2,72 +2,64 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
 use spectra::units::{Angle, Length};
 
-use super::{Camera, MAX_EDGE, Projection, SIZE, SUPERSAMPLING, TURN, stereo};
+use super::{Camera, MAX_EDGE, MAX_SUPERSAMPLING, Projection, TURN, stereo};
 use crate::data::Inputs;
 use crate::error::Result;
-use crate::properties::{Key, Kind, Section, build_kind_with};
+use crate::properties::{
+    Direction, Integer, Key, KeyRow, Kind, Numbers, OrDefault, Position, Required, Section, Size, SubTable, build_kind_with,
+};
+
+pub(crate) const POSITION: Key<Position, Required> = Key::position("position", "position of the observer").required();
+pub(crate) const TARGET: Key<Position, OrDefault> = Key::position("target", "target of the view").default("0 0 0 pc");
+const UP: Key<Direction, OrDefault> = Key::direction("up", "up direction of the image").default(&[0.0, 1.0, 0.0]);
+const SIZE: Key<Size, OrDefault> = Key::size("size", "pixels of the image").positive().at_most(MAX_EDGE as f64).default(&[512.0, 512.0]);
+const CROP: Key<Numbers> = Key::numbers("crop", "[column, row, width, height] of the rendered part, in pixels from the upper left corner")
+    .not_negative()
+    .example("[0, 0, 256, 256]")
+    .otherwise("the whole image");
+const SUPERSAMPLING: Key<Integer<usize>, OrDefault> =
+    Key::integer("supersampling", "rays per pixel edge").range(1..=MAX_SUPERSAMPLING as i64).default(1);
+const STEREO: Key<SubTable> = Key::table("stereo", "stereo, [camera.stereo]").otherwise("one eye");
+const PATH: Key<SubTable> = Key::table("path", "camera path, [camera.path]").otherwise("a static camera");
+const FIELD_OF_VIEW: Key<Angle, Required> =
+    Key::quantity::<Angle>("field_of_view", "horizontal field of view").positive().below(PI).required();
+const WIDTH: Key<Length, Required> = Key::quantity::<Length>("width", "width of the image").positive().required();
+const APERTURE: Key<Angle, OrDefault> =
+    Key::quantity::<Angle>("aperture", "angle across the circle").positive().at_most(TURN * (1.0 + 1e-12)).default("180 deg");
+const TILT: Key<Angle, OrDefault> =
+    Key::quantity::<Angle>("tilt", "tilt of the image centre from up towards the target, at 90 deg the target is in the centre")
+        .range(0.0..=PI * (1.0 + 1e-12))
+        .default("0 deg");
 
 /// The keys that every camera takes.
-pub(crate) const COMMON: &[Key] = &[
-    Key::required("position", "position", "position of the observer"),
-    Key::optional("target", "position", "0 0 0 pc", "target of the view"),
-    Key::optional("up", "direction", "[0, 1, 0]", "up direction of the image"),
-    Key::optional("size", "[width, height]", "[512, 512]", "pixels of the image"),
-    Key::optional(
-        "crop",
-        "list of numbers",
-        "the whole image",
-        "[column, row, width, height] of the rendered part, in pixels from the upper left corner",
-    ),
-    Key::optional("supersampling", "integer", "1", "rays per pixel edge, 1 to 16"),
-    Key::optional("stereo", "table", "one eye", "stereo, [camera.stereo]"),
-    Key::optional("path", "table", "a static camera", "camera path, [camera.path]"),
-];
+pub(crate) const COMMON: &[KeyRow] = &[POSITION.row, TARGET.row, UP.row, SIZE.row, CROP.row, SUPERSAMPLING.row, STEREO.row, PATH.row];
 
 /// All kinds of camera that a scene may name.
 pub const KINDS: &[Kind<Projection>] = &[
     Kind {
         name: "perspective",
         summary: "all rays from one point",
-        keys: &[Key::required("field_of_view", "angle", "horizontal field of view, below 180 deg")],
+        keys: &[FIELD_OF_VIEW.row],
         build: |section, _| {
-            let fov = section.need_positive::<Angle>("field_of_view")?;
-            if fov.0 >= std::f64::consts::PI {
-                return Err(section.error("field_of_view", format!("{fov} is out of range; a field of view must be below 180 deg")));
-            }
+            let fov = section.read(&FIELD_OF_VIEW)?;
             Ok(Projection::Perspective { half_width: (0.5 * fov.0).tan() })
         },
     },
     Kind {
         name: "orthographic",
         summary: "parallel rays, starting on the image plane",
-        keys: &[Key::required("width", "length", "width of the image")],
-        build: |section, _| Ok(Projection::Orthographic { half_width_pc: 0.5 * section.need_positive::<Length>("width")?.0 }),
+        keys: &[WIDTH.row],
+        build: |section, _| Ok(Projection::Orthographic { half_width_pc: 0.5 * section.read(&WIDTH)?.0 }),
     },
     Kind {
         name: "fisheye",
         summary: "dome master: equidistant, black outside of the circle, front of the audience at the bottom",
-        keys: &[
-            Key::optional("aperture", "angle", "180 deg", "angle across the circle, up to 360 deg"),
-            Key::optional(
-                "tilt",
-                "angle",
-                "0 deg",
-                "tilt of the image centre from up towards the target, 0 to 180 deg; at 90 deg the target is in the centre",
-            ),
-        ],
+        keys: &[APERTURE.row, TILT.row],
         build: |section, _| {
-            let aperture = section.positive::<Angle>("aperture")?.unwrap_or(Angle(PI));
-            let tilt = section.quantity::<Angle>("tilt")?.unwrap_or(Angle(0.0));
-            if aperture.0 > TURN * (1.0 + 1e-12) {
-                return Err(section.error("aperture", format!("{aperture} is out of range; an aperture must be at most 360 deg")));
-            }
-            if !(0.0..=PI * (1.0 + 1e-12)).contains(&tilt.0) {
-                return Err(section.error("tilt", format!("{tilt} is out of range; a tilt must be between 0 and 180 deg")));
-            }
+            let aperture = section.read(&APERTURE)?;
+            let tilt = section.read(&TILT)?;
             Ok(Projection::dome(aperture.0, tilt.0))
         },
     },
@@ -91,10 +83,10 @@ pub const KINDS: &[Kind<Projection>] = &[
 /// If a key is unknown, missing or wrong; its place is said.
 pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Camera> {
     let mut camera = build(section, inputs)?;
-    if !section.has("size") {
+    if !section.has(&SIZE) {
         (camera.width, camera.height) = (own.width, own.height);
     }
-    if !section.has("supersampling") {
+    if !section.has(&SUPERSAMPLING) {
         camera.supersampling = own.supersampling;
     }
     Ok(camera)
@@ -106,45 +98,34 @@ pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Came
 /// If a key is unknown, missing or wrong; its place is said.
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     let projection = build_kind_with("camera", KINDS, COMMON, section, inputs)?;
-    if section.has("path") {
-        return Err(section.error("path", "a bookmark cannot have a path; write it as [camera.path]"));
+    if section.has(&PATH) {
+        return Err(section.error(&PATH, "a bookmark cannot have a path; write it as [camera.path]"));
     }
-    let (position, target) = (section.need_position("position")?, section.position("target")?.unwrap_or(DVec3::ZERO));
-    let camera = Camera::look_at(position, target).up(section.direction("up")?.unwrap_or(DVec3::Y));
+    let (position, target) = (section.read(&POSITION)?, section.read(&TARGET)?);
+    let camera = Camera::look_at(position, target).up(section.read(&UP)?);
     if !camera.forward.is_finite() {
-        return Err(section.error("target", "camera and target are at the same position; move one of them"));
+        return Err(section.error(&TARGET, "camera and target are at the same position; move one of them"));
     }
     if !camera.right.is_finite() {
-        return Err(section.error("up", "up is parallel to the viewing direction; choose another"));
+        return Err(section.error(&UP, "up is parallel to the viewing direction; choose another"));
     }
-    let malformed = || section.error("size", "a size is [width, height] in pixels, such as [512, 512]");
-    let size = section.numbers("size").map_err(|_| malformed())?.unwrap_or_else(|| vec![SIZE as f64; 2]);
-    let whole = |v: f64| v.fract() == 0.0 && (1.0..=MAX_EDGE as f64).contains(&v);
-    let &[width, height] = &size[..] else { return Err(malformed()) };
-    if !whole(width) || !whole(height) {
-        return Err(section.error(
-            "size",
-            format!("a size of {width} x {height} pixels is out of range; both must be whole numbers from 1 to {MAX_EDGE}"),
-        ));
-    }
-    let supersampling = section.integer("supersampling", *SUPERSAMPLING.start() as i64..=*SUPERSAMPLING.end() as i64)?;
-    let stereo = section.table("stereo")?.map(|own| stereo::build(&own, position.distance(target))).transpose()?;
+    let [width, height] = section.read(&SIZE)?;
+    let eyes = section.read(&STEREO)?.map(|own| stereo::build(&own, position.distance(target))).transpose()?;
     if matches!(projection, Projection::Perspective { .. })
-        && let Some(own) = section.table("stereo")?
+        && let Some(table) = section.read(&STEREO)?
     {
-        own.refuse(&["pole_merge"], "360° images")?;
+        table.refuse(&[&stereo::POLE_MERGE.row], "360° images")?;
     }
-    if stereo.is_some() && matches!(projection, Projection::Orthographic { .. }) {
-        return Err(section.error("stereo", "stereo requires a camera whose rays start at one point; use a kind such as \"perspective\""));
+    if eyes.is_some() && matches!(projection, Projection::Orthographic { .. }) {
+        return Err(section.error(&STEREO, "stereo requires a camera whose rays start at one point; use a kind such as \"perspective\""));
     }
-    let camera =
-        Camera { projection, stereo, ..camera }.size(width as usize, height as usize).supersampling(supersampling.unwrap_or(1) as usize);
-    match section.numbers("crop")?.as_deref() {
+    let camera = Camera { projection, stereo: eyes, ..camera }.size(width, height).supersampling(section.read(&SUPERSAMPLING)?);
+    match section.read(&CROP)?.as_deref() {
         None => Ok(camera),
-        Some(&[column, row, width, height]) if [column, row, width, height].iter().all(|v| v.fract() == 0.0 && *v >= 0.0) => {
+        Some(&[column, row, width, height]) if [column, row, width, height].iter().all(|v| v.fract() == 0.0) => {
             let part = camera.crop(column as usize, row as usize, width as usize, height as usize);
-            part.map_err(|error| section.error("crop", error.to_string()))
+            part.map_err(|error| section.error(&CROP, error.to_string()))
         }
-        Some(_) => Err(section.error("crop", "crop must be [column, row, width, height], four whole numbers")),
+        Some(_) => Err(section.error(&CROP, "crop must be [column, row, width, height], four whole numbers")),
     }
 }

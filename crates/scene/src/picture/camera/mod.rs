@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-pub(crate) use kinds::COMMON;
+pub(crate) use kinds::{COMMON, POSITION, TARGET};
 pub use kinds::{KINDS, bookmark, build};
 pub(crate) use stereo::KEYS as STEREO;
 pub use stereo::{Arrangement, Eye, Stereo};
@@ -105,7 +105,7 @@ pub const MAX_EDGE: usize = 65_536;
 /// All around [rad].
 const TURN: f64 = 2.0 * PI;
 /// Numbers of rays along each side of a pixel.
-const SUPERSAMPLING: std::ops::RangeInclusive<usize> = 1..=16;
+const MAX_SUPERSAMPLING: usize = 16;
 /// Half widths beyond this leave no digits for a direction.
 const WIDEST: f64 = 1e9;
 /// Tolerance of axes for unit length and right angles.
@@ -304,7 +304,7 @@ impl Camera {
             let allowed = format!("two whole numbers from 1 to {MAX_EDGE}");
             return Err(Error::out_of_range("size of the image", format!("{width} x {height} pixels"), allowed));
         }
-        if !SUPERSAMPLING.contains(&self.supersampling) {
+        if !(1..=MAX_SUPERSAMPLING).contains(&self.supersampling) {
             return Err(Error::out_of_range("supersampling", self.supersampling, "between 1 and 16 rays per pixel edge"));
         }
         Ok(())

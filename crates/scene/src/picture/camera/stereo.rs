@@ -20,23 +20,26 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
-use spectra::units::{Angle, Length, Quantity};
+use spectra::units::{Angle, Length};
 
 use crate::error::{Error, Result};
-use crate::properties::{Key, Section};
+use crate::properties::{Choice, Choices, Key, KeyRow, OrDefault, Quantities, Required, Section};
+
+const EYE_DISTANCE: Key<Length, Required> =
+    Key::quantity::<Length>("eye_distance", "distance of the eyes; 1/30 of the distance to the object is deep, 1/100 shallow")
+        .positive()
+        .required();
+const CONVERGENCE: Key<Length> =
+    Key::quantity::<Length>("convergence", "distance of the screen plane; nearer objects appear in front of it")
+        .positive()
+        .otherwise("to the target");
+const ARRANGEMENT: Key<Choice<Arrangement>, OrDefault> =
+    Key::choice("arrangement", "over_under has the left eye on top; `%V` in an output name writes a file per eye").default("over_under");
+pub(super) const POLE_MERGE: Key<Quantities<Angle>, OrDefault> =
+    Key::quantities("pole_merge", "in 360° images, altitudes between which both eyes merge").default(&["60 deg", "75 deg"]);
 
 /// Keys of `[camera.stereo]`.
-pub(crate) const KEYS: &[Key] = &[
-    Key::required("eye_distance", "length", "distance of the eyes; 1/30 of the distance to the object is deep, 1/100 shallow"),
-    Key::optional("convergence", "length", "to the target", "distance of the screen plane; nearer objects appear in front of it"),
-    Key::optional(
-        "arrangement",
-        "text",
-        "over_under",
-        "over_under (left eye on top) or side_by_side; `%V` in an output name writes a file per eye",
-    ),
-    Key::optional("pole_merge", "list of texts", "[\"60 deg\", \"75 deg\"]", "in 360° images, altitudes between which both eyes merge"),
-];
+pub(crate) const KEYS: &[KeyRow] = &[EYE_DISTANCE.row, CONVERGENCE.row, ARRANGEMENT.row, POLE_MERGE.row];
 
 /// How images of both eyes become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +51,9 @@ pub enum Arrangement {
     SideBySide,
 }
 
-const ARRANGEMENTS: [(&str, Arrangement); 2] = [("over_under", Arrangement::OverUnder), ("side_by_side", Arrangement::SideBySide)];
+impl Choices for Arrangement {
+    const ROWS: &'static [(&'static str, Self)] = &[("over_under", Self::OverUnder), ("side_by_side", Self::SideBySide)];
+}
 
 /// Two eyes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,25 +95,17 @@ impl Stereo {
 
 /// Reads `[camera.stereo]` of a camera whose target is so far away \[pc\].
 pub(super) fn build(section: &Section, target_pc: f64) -> Result<Stereo> {
-    section.check_keys(&KEYS.iter().map(|k| k.name).collect::<Vec<_>>())?;
-    let names = ARRANGEMENTS.map(|(name, _)| name);
-    let chosen = section.choice("arrangement", &names)?.unwrap_or(names[0]);
-    let arrangement = ARRANGEMENTS.iter().find(|(name, _)| *name == chosen).map_or(Arrangement::OverUnder, |(_, a)| *a);
-    let merge = match section.texts("pole_merge")? {
-        None => MERGE,
-        Some(ends) => {
-            let wrong = || section.error("pole_merge", "pole_merge must be two ascending angles, such as [\"60 deg\", \"75 deg\"]");
-            let &[from, to] = &ends[..] else { return Err(wrong()) };
-            (section.wrap("pole_merge", Angle::parse(from))?.0, section.wrap("pole_merge", Angle::parse(to))?.0)
-        }
-    };
+    section.check(KEYS)?;
+    let ends = section.read(&POLE_MERGE)?;
+    let wrong = || section.error(&POLE_MERGE, "pole_merge must be two ascending angles, such as [\"60 deg\", \"75 deg\"]");
+    let &[from, to] = &ends[..] else { return Err(wrong()) };
     let stereo = Stereo {
-        arrangement,
-        distance_pc: section.need_positive::<Length>("eye_distance")?.0,
-        convergence_pc: section.positive::<Length>("convergence")?.map_or(target_pc, |length| length.0),
-        merge,
+        arrangement: section.read(&ARRANGEMENT)?,
+        distance_pc: section.read(&EYE_DISTANCE)?.0,
+        convergence_pc: section.read(&CONVERGENCE)?.map_or(target_pc, |length| length.0),
+        merge: (from.0, to.0),
     };
-    section.wrap("pole_merge", stereo.check())?;
+    section.wrap(&POLE_MERGE, stereo.check())?;
     Ok(stereo)
 }
 

@@ -1,5 +1,7 @@
 //! Encoding options of picture files.
 
+use crate::properties::Choices;
+
 /// Layers of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LayerChoice {
@@ -47,9 +49,8 @@ pub enum LayerChannels {
     Bands,
 }
 
-impl LayerChannels {
-    /// Each by the name that scenes give it.
-    pub const ROWS: &'static [(&'static str, Self)] = &[("rgb", Self::Rgb), ("bands", Self::Bands)];
+impl Choices for LayerChannels {
+    const ROWS: &'static [(&'static str, Self)] = &[("rgb", Self::Rgb), ("bands", Self::Bands)];
 }
 
 /// The primaries of linear colours.
@@ -62,10 +63,11 @@ pub enum ColourSpace {
     AcesCg,
 }
 
-impl ColourSpace {
-    /// Each by the name that scenes give it.
-    pub const ROWS: &'static [(&'static str, Self)] = &[("rec709", Self::Rec709), ("acescg", Self::AcesCg)];
+impl Choices for ColourSpace {
+    const ROWS: &'static [(&'static str, Self)] = &[("rec709", Self::Rec709), ("acescg", Self::AcesCg)];
+}
 
+impl ColourSpace {
     /// The name that files give it.
     pub fn name(self) -> &'static str {
         match self {
@@ -93,9 +95,8 @@ pub enum Compression {
     Pxr24,
 }
 
-impl Compression {
-    /// Each by the name that scenes give it.
-    pub const ROWS: &'static [(&'static str, Self)] =
+impl Choices for Compression {
+    const ROWS: &'static [(&'static str, Self)] =
         &[("none", Self::None), ("rle", Self::Rle), ("zips", Self::Zips), ("zip", Self::Zip), ("piz", Self::Piz), ("pxr24", Self::Pxr24)];
 }
 

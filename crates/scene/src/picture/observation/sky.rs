@@ -1,5 +1,6 @@
 //! Places on the sky, as astronomers write them.
 
+use crate::properties::Choices;
 use glam::{DMat3, DVec3};
 
 use crate::error::{Error, Result};
@@ -14,10 +15,11 @@ pub enum SkyFrame {
     Galactic,
 }
 
-impl SkyFrame {
-    /// Each by the name that scenes give it.
-    pub const ROWS: &'static [(&'static str, Self)] = &[("icrs", Self::Icrs), ("galactic", Self::Galactic)];
+impl Choices for SkyFrame {
+    const ROWS: &'static [(&'static str, Self)] = &[("icrs", Self::Icrs), ("galactic", Self::Galactic)];
+}
 
+impl SkyFrame {
     /// FITS names of its axes.
     pub fn axes(self) -> [&'static str; 2] {
         match self {

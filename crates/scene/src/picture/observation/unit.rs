@@ -4,6 +4,7 @@
 //! away from it. Densities are means over the passband, I_λ = B / ∫ R dλ, and I_ν = I_λ λ_p²/c, λ_p the
 //! pivot wavelength, which makes both means those of one spectrum (Bessell & Murphy 2012, PASP 124, 140).
 
+use crate::properties::Choices;
 use spectra::constants::{PLANCK, SPEED_OF_LIGHT, SPHERE};
 use spectra::curve::unit_symbols;
 use spectra::passband::Passband;
@@ -43,9 +44,8 @@ pub enum RadianceUnit {
     Vega,
 }
 
-impl RadianceUnit {
-    /// Each by the name that scenes give it.
-    pub const ROWS: &'static [(&'static str, Self)] = &[
+impl Choices for RadianceUnit {
+    const ROWS: &'static [(&'static str, Self)] = &[
         ("W m-2 sr-1", Self::Si),
         ("erg s-1 cm-2 arcsec-2", Self::Cgs),
         ("MJy/sr", Self::MegaJansky),
@@ -56,7 +56,9 @@ impl RadianceUnit {
         ("mag/arcsec2 ST", Self::St),
         ("mag/arcsec2 Vega", Self::Vega),
     ];
+}
 
+impl RadianceUnit {
     /// FITS name.
     pub fn fits(self) -> &'static str {
         match self {

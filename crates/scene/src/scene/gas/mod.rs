@@ -23,7 +23,9 @@ use super::{Fields, Loader, Star, emission, motion, star};
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
-use crate::properties::{Key, Section};
+use crate::properties::{
+    Choice, Choices, Entry, Formula, Integer, Key, KeyRow, Number, Numbers, OrDefault, Range, Required, Section, Text, Type, ValueType,
+};
 
 /// Nuclei of H, He, C, N, O, Ne, Mg, Si and S for one of hydrogen, by name.
 struct Abundances {
@@ -31,7 +33,7 @@ struct Abundances {
     values: [f64; ELEMENTS],
 }
 
-const ABUNDANCES: &[Abundances] = &[
+const ABUNDANCE_SETS: &[Abundances] = &[
     // Baldwin et al. 1991, ApJ 374, 580; Rubin et al. 1991, ApJ 374, 564; Osterbrock, Tran & Veilleux 1992, ApJ 389, 305. Gas phase:
     // most magnesium and silicon is in grains.
     Abundances { name: "orion", values: [1.0, 0.095, 3.0e-4, 7.0e-5, 4.0e-4, 6.0e-5, 3.0e-6, 4.0e-6, 1.0e-5] },
@@ -44,45 +46,54 @@ const ABUNDANCES: &[Abundances] = &[
     Abundances { name: "hii40", values: BENCHMARKS[0].gas.abundances },
 ];
 
-pub(super) const KEYS: &[Key] = &[
-    Key::required("density", "expression", "hydrogen nuclei in cm-3, an expression of fields such as \"n_H\""),
-    Key::optional(
-        "abundances",
-        "text or list",
-        "orion",
-        "orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus; six numbers omit Mg and Si",
-    ),
-    Key::optional(
-        "voxels",
-        "whole number",
-        "those of the grid; 96 for a function",
-        "voxels along the longest edge; more than those of the grid make fronts finer",
-    ),
-    Key::optional("dust_absorption", "number", "0", "cross section of dust for ionising light in cm2 per hydrogen nucleus, such as 1e-21"),
-    Key::optional("temperature", "temperature", "thermal equilibrium", "fixed electron temperature, 500 to 60000 K"),
-    Key::optional(
-        "diffuse",
-        "text",
-        "outward",
-        "treatment of recombination light: outward (transported along the stars' rays) or on_the_spot (absorbed where it is emitted)",
-    ),
-    Key::optional(
-        "doppler_fwhm",
-        "velocity",
-        "0 km/s",
-        "turbulent full width at half maximum of the lines; the thermal width, 19 km/s for hydrogen at 8000 K, is added in quadrature",
-    ),
-    motion::VELOCITY,
-    motion::STEP,
+const DENSITY: Key<Formula, Required> =
+    Key::formula("density", "hydrogen nuclei in cm-3, an expression of fields such as \"n_H\"").required();
+const ABUNDANCES: Key<AbundanceValue, OrDefault> = Key::<AbundanceValue>::new(
+    "abundances",
+    "orion, solar, lmc or hii40, or He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus; six numbers omit Mg and Si",
+)
+.or("orion");
+const VOXELS: Key<Integer<usize>> = Key::integer("voxels", "voxels along the longest edge; more than those of the grid make fronts finer")
+    .range(8..=2048)
+    .otherwise("those of the grid; 96 for a function");
+const DUST_ABSORPTION: Key<Number, OrDefault> =
+    Key::number("dust_absorption", "cross section of dust for ionising light in cm2 per hydrogen nucleus, such as 1e-21")
+        .range(0.0..=1e-15)
+        .default(0.0);
+const TEMPERATURE: Key<Temperature> = Key::quantity::<Temperature>("temperature", "fixed electron temperature")
+    .range(COLDEST..=HOTTEST)
+    .otherwise("thermal equilibrium")
+    .example("\"8000 K\"");
+const DIFFUSE: Key<Choice<Diffuse>, OrDefault> = Key::choice(
+    "diffuse",
+    "treatment of recombination light: outward (transported along the stars' rays) or on_the_spot (absorbed where it is emitted)",
+)
+.default("outward");
+const DOPPLER_FWHM: Key<Velocity, OrDefault> = emission::doppler_fwhm(
+    "turbulent full width at half maximum of the lines; the thermal width, 19 km/s for hydrogen at 8000 K, is added in quadrature",
+)
+.default("0 km/s");
+
+pub(super) const KEYS: &[KeyRow] = &[
+    DENSITY.row,
+    ABUNDANCES.row,
+    VOXELS.row,
+    DUST_ABSORPTION.row,
+    TEMPERATURE.row,
+    DIFFUSE.row,
+    DOPPLER_FWHM.row,
+    motion::VELOCITY.row,
+    motion::STEP.row,
 ];
 
-/// Treatments of diffuse light, by name.
-const DIFFUSE: [(&str, Diffuse); 2] = [("outward", Diffuse::Outward), ("on_the_spot", Diffuse::OnTheSpot)];
+impl Choices for Diffuse {
+    const ROWS: &'static [(&'static str, Self)] = &[("outward", Self::Outward), ("on_the_spot", Self::OnTheSpot)];
+}
 
 /// Stars that ionise a gas at most.
 const MOST_STARS: usize = 64;
 /// Voxels along the longest edge of a function that does not say how many.
-const VOXELS: usize = 96;
+const VOXELS_OF_FUNCTION: usize = 96;
 /// Quantities that are asked for beside the species.
 const BESIDE: usize = 3;
 /// What gives every passband less than this part of its light is left out.
@@ -96,10 +107,10 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     if loader.is_rough {
         cloud = cloud.coarser(ROUGH);
     }
-    let turbulent = emission::doppler_fwhm(section)?.unwrap_or(Velocity(0.0));
+    let turbulent = section.read(&DOPPLER_FWHM)?;
     let species = Species::seen(bands);
     let bytes = cloud.bytes(species.len() + BESIDE);
-    section.wrap("density", memory::check("gas ionised by the stars", bytes, loader.inputs.memory_limit))?;
+    section.wrap(&DENSITY, memory::check("gas ionised by the stars", bytes, loader.inputs.memory_limit))?;
     let densest = cloud.densest();
     let functions: Vec<_> =
         species.iter().map(|species| move |gas: &Gas, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
@@ -115,7 +126,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     let accuracy = if loader.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
     let found = cloud.ionised(&quantities, accuracy, loader.tracer.as_deref(), &loader.control).map_err(|error| match error {
         IonisationError::Stopped => Error::Interrupted,
-        error => section.error("density", error.to_string()),
+        error => section.error(&DENSITY, error.to_string()),
     })?;
     let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
     let mut quantities = found.quantities;
@@ -139,7 +150,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: 
     }
     if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
         let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
-        let spectrum = section.wrap("density", recombination_continuum(at.0, at.1))?;
+        let spectrum = section.wrap(&DENSITY, recombination_continuum(at.0, at.1))?;
         glow.push(("hydrogen's continuum".into(), gridded(pairs), spectrum));
     }
     let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
@@ -162,40 +173,36 @@ pub(super) fn mean(moments: &[&[Star]], build: impl Fn(&[Star]) -> Result<Ionise
 
 /// The edge of a voxel of the gas of a table \[pc\].
 pub(super) fn voxel_pc(section: &Section, fields: &Fields) -> Result<f64> {
-    let density = fields.expression(section, "density")?;
-    let voxels = section.integer("voxels", 8..=2048)?.map(|voxels| voxels as usize);
+    let density = fields.expression(section, &DENSITY)?;
+    let voxels = section.read(&VOXELS)?;
     Ok(match (density.grid(), voxels) {
         (Some(grid), None) => grid.lattice().voxel_pc().min_element(),
-        (_, voxels) => density.bounds().size().max_element() / voxels.unwrap_or(VOXELS) as f64,
+        (_, voxels) => density.bounds().size().max_element() / voxels.unwrap_or(VOXELS_OF_FUNCTION) as f64,
     })
 }
 
 /// The gas of a table, and the stars that ionise it.
 fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> Result<GasCloud> {
-    section.check_keys(&KEYS.iter().map(|key| key.name).collect::<Vec<_>>())?;
-    let density = fields.expression(section, "density")?;
-    let abundances = abundances(section)?;
-    let voxels = section.integer("voxels", 8..=2048)?.map(|voxels| voxels as usize);
-    let dust_cm2 = section.number("dust_absorption", 0.0..=1e-15)?.unwrap_or(0.0);
-    let isothermal = section.positive::<Temperature>("temperature")?.map(|temperature| temperature.0);
-    if isothermal.is_some_and(|temperature| !(COLDEST..=HOTTEST).contains(&temperature)) {
-        return Err(section.error("temperature", format!("the gas temperature must be between {COLDEST} and {HOTTEST} K")));
-    }
-    let named = section.choice("diffuse", &DIFFUSE.map(|(name, _)| name))?;
-    let diffuse = DIFFUSE.into_iter().find(|(name, _)| Some(*name) == named).map_or(DIFFUSE[0].1, |(_, diffuse)| diffuse);
+    section.check(KEYS)?;
+    let density = fields.expression(section, &DENSITY)?;
+    let abundances = section.read(&ABUNDANCES)?;
+    let voxels = section.read(&VOXELS)?;
+    let dust_cm2 = section.read(&DUST_ABSORPTION)?;
+    let isothermal = section.read(&TEMPERATURE)?.map(|temperature| temperature.0);
+    let diffuse = section.read(&DIFFUSE)?;
     let stars = IonisingStar::of(stars);
     if stars.len() > MOST_STARS {
         let message = format!("{} stars ionise the gas, at most {MOST_STARS} are supported; remove faint stars or merge some", stars.len());
-        return Err(section.error("density", message));
+        return Err(section.error(&DENSITY, message));
     }
     // For a first look a grid is taken as it is, to be made coarser, and a function is not asked at more places than needed.
     let is_own = |grid: &&Grid| loader.is_rough || voxels.is_none_or(|voxels| grid.lattice().dims.into_iter().max() == Some(voxels));
-    let voxels = voxels.unwrap_or(VOXELS).min(if loader.is_rough { ROUGH } else { usize::MAX });
+    let voxels = voxels.unwrap_or(VOXELS_OF_FUNCTION).min(if loader.is_rough { ROUGH } else { usize::MAX });
     let own = density.grid().filter(is_own);
     let lattice = own.map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
     let (hydrogen, memory_limit) = (Vec::new(), loader.inputs.memory_limit);
     let mut cloud = GasCloud { lattice, hydrogen, abundances, dust_cm2, isothermal, diffuse, stars, memory_limit };
-    section.wrap("density", memory::check("gas ionised by the stars", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
+    section.wrap(&DENSITY, memory::check("gas ionised by the stars", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
     cloud.hydrogen = match own {
         Some(grid) => grid.values().into_owned(),
         None => Grid::from_function(&density, cloud.lattice.clone(), 1.0, &loader.control)?.values().into_owned(),
@@ -203,21 +210,28 @@ fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> 
     Ok(cloud)
 }
 
-/// The abundances by name, or as a list.
-fn abundances(section: &Section) -> Result<[f64; ELEMENTS]> {
-    if let Ok(Some(values)) = section.numbers("abundances") {
+/// Abundances by name, or as a list of numbers.
+enum AbundanceValue {}
+
+impl ValueType for AbundanceValue {
+    const TYPE: Type = Type::Other("text or list of numbers");
+    const RANGE: Range = Range { low: 0.0, ..Range::ALL };
+    type Value<'a> = [f64; ELEMENTS];
+    fn read<'a>(entry: &Entry<'a, '_>) -> Result<[f64; ELEMENTS]> {
+        let Ok(values) = Numbers::read(entry) else {
+            let name = Text::read(entry)?;
+            let known: Vec<&str> = ABUNDANCE_SETS.iter().map(|set| set.name).collect();
+            let set = ABUNDANCE_SETS.iter().find(|set| set.name == name);
+            return set.map(|set| set.values).ok_or_else(|| entry.wrong(&format!("one of {}", known.join(", "))));
+        };
         let heavier: [f64; ELEMENTS - 1] = match values[..] {
             [helium, carbon, nitrogen, oxygen, neon, sulphur] => [helium, carbon, nitrogen, oxygen, neon, 0.0, 0.0, sulphur],
-            _ => values.try_into().map_err(|_| {
-                let message = "eight numbers, He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus, or six without Mg and Si";
-                section.error("abundances", message)
-            })?,
+            _ => values
+                .try_into()
+                .map_err(|_| entry.error("eight numbers, He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus, or six without Mg and Si"))?,
         };
         let mut abundances = [1.0; ELEMENTS];
         abundances[1..].copy_from_slice(&heavier);
-        return Ok(abundances);
+        Ok(abundances)
     }
-    let names: Vec<&'static str> = ABUNDANCES.iter().map(|row| row.name).collect();
-    let name = section.choice("abundances", &names)?.unwrap_or(ABUNDANCES[0].name);
-    Ok(ABUNDANCES.iter().find(|row| row.name == name).map_or(ABUNDANCES[0].values, |row| row.values))
 }
