@@ -42,6 +42,9 @@ CLASSES = [
     ("instrument.psf", "PointSpread"),
     ("instrument", "Instrument"),
     ("output", "Output"),
+    ("method.path", "PathTracer"),
+    ("method.reference", "Reference"),
+    ("method.gpu", "Device"),
     ("method", "Method"),
     ("animation", "Animation"),
     ("sequence", "Frames"),
@@ -58,6 +61,9 @@ TABLES = {
     ("background", "catalogue"): "StarCatalogue",
     ("instrument", "psf"): "Sequence[PointSpread | dict[str, Any]]",
     ("display", "glare"): "Glare",
+    ("method", "path"): "PathTracer",
+    ("method", "reference"): "Reference",
+    ("method", "gpu"): "Device",
 }
 
 #: The kind of a table whose kind is not said.

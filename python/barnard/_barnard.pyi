@@ -20,6 +20,7 @@ class KeyRow(TypedDict):
     is_required: bool
     default: str | None
     condition: str | None
+    parts: list[str]
 
 KindRow = tuple[str, str, list[KeyRow]]
 CertificateRow = tuple[str, float, float, float]
@@ -49,6 +50,7 @@ class Scene:
     def bands(self) -> list[str]: ...
     @property
     def size(self) -> tuple[int, int]: ...
+    def differing(self, other: Scene) -> list[str]: ...
 
 class Sequence:
     @property
@@ -58,7 +60,7 @@ class Sequence:
         self,
         number: int,
         backend: str,
-        exactness: dict[str, Any],
+        options: Tree,
         memory_limit: int,
         progress: Listener | None = None,
     ) -> Image: ...
@@ -233,7 +235,7 @@ def render(
     scene: Scene,
     plan: Plan | None,
     backend: str,
-    exactness: dict[str, Any],
+    options: Tree,
     memory_limit: int,
     progress: Listener | None = None,
 ) -> Image: ...

@@ -28,6 +28,8 @@ class Key:
     default: str | None
     #: Condition under which an optional key is required.
     condition: str | None
+    #: Parts of the scene that it changes, such as "spectra" or "view".
+    parts: list[str]
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from . import tables
@@ -123,6 +124,13 @@ def field_of(value: Any, key: str) -> Field:
             raise scene_error(f"{key}.kind", f"unknown kind {kind!r}; known: {', '.join(kinds)}")
         return kinds[kind].of(keys)
     raise scene_error(key, "the value is not a field; an array requires a box: Grid(array, low=[-1, -1, -1] * u.pc, high=[1, 1, 1] * u.pc)")
+
+
+def list_of(value: Any, name: str) -> list[Any]:
+    """The tables of a list; one alone is an error that says how to write it."""
+    if isinstance(value, (Table, Mapping, str)) or not hasattr(value, "__iter__"):
+        raise scene_error(name, f"{name} is a list of tables; write {name}=[...] around the {type(value).__name__}")
+    return list(value)
 
 
 def _tables_by_name(value: Any, key: str) -> dict[str, Any]:

@@ -14,7 +14,6 @@ from . import _barnard
 from ._rows import QUANTITIES, scene_error
 from ._tree import place_of
 from ._values import number, parsed
-from .plan import exactness
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -49,7 +48,7 @@ class Explorer(anywidget.AnyWidget):
     def __init__(self, scene: Scene, sliders: Mapping[str, tuple[Any, Any]], size: tuple[int, int], display: dict[str, Any]):
         self._scene, self._display = scene, display
         self._ranges = {place: _Range(scene, place, *ends) for place, ends in sliders.items()}
-        self._home = scene.camera._nodes()
+        self._home = scene.camera.tree()
         self._eye = _Eye(self._home)
         self._wake = threading.Condition()
         self._order = 0
@@ -132,7 +131,7 @@ class Explorer(anywidget.AnyWidget):
         coarse = self._scene._resized([max(1, round(width * scale)), max(1, round(height * scale))])
         _, native = self._scene._native(coarse)
         self._coarse = _barnard.plan(native, self._coarse, "cpu", self._scene._limit, preview=True)
-        self._show(order, "coarse", _barnard.render(native, self._coarse, "cpu", exactness("cpu"), self._scene._limit))
+        self._show(order, "coarse", _barnard.render(native, self._coarse, "cpu", {}, self._scene._limit))
         with self._wake:
             self._wake.wait_for(lambda: self._order != order, timeout=_REST)
         self._stop_if_moved(order)
@@ -177,14 +176,11 @@ class _Eye:
         self.place = self.target + (self.place - self.target) * math.exp(min(max(steps, -2.0), 2.0))
 
     def keys(self) -> dict[str, Any]:
-        return {"position": (tuple(map(float, self.place)), "pc")}
+        return {"position": " ".join(map(number, self.place)) + " pc"}
 
 
-def _place(value: str | tuple[tuple[float, ...], str]) -> np.ndarray:
-    if isinstance(value, tuple):
-        numbers, unit = value
-    else:
-        *numbers, unit = value.replace(",", " ").split()
+def _place(text: str) -> np.ndarray:
+    *numbers, unit = text.replace(",", " ").split()
     return np.array([float(n) for n in numbers]) * dict(QUANTITIES["length"][0])[unit]
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from . import _barnard
 from ._progress import Listener, told
-from ._rows import scene_error
+from ._rows import ROWS, scene_error
 from ._table import table_of
 from .image import Image
 from .tables import Camera
@@ -46,8 +48,8 @@ def certificates(bands: list[str], rows: list[list[tuple[str, float, float, floa
     return {band: [Certificate(*row) for row in of_band] for band, of_band in zip(bands, rows)}
 
 
-#: Parts of a scene that a plan does not depend on.
-PASSED = ("camera", "observation", "instrument")
+#: Parts of a scene that a plan is made of.
+FIXED = {"space", "stars", "spectra", "amount", "method"}
 
 
 class Plan:
@@ -122,7 +124,7 @@ class Plan:
         Raises
         ------
         PlanError
-            If anything but camera, sky position and instrument of the scene has changed.
+            If densities, lights, passbands, dust or method of the scene have changed.
         """
         camera = self._tree.get("camera") if camera is None else camera
         moved = self._check(camera)
@@ -135,17 +137,17 @@ class Plan:
 
     def _check(self, camera: Any) -> bool:
         """True if a camera is another than that of the plan; refuses a scene that has changed."""
-        before, now = dict(self._tree), self._owner._tree(camera)
-        own, other = [[tree.pop(part, None) for part in PASSED] for tree in (before, now)]
-        changed = _changed(before, now)
-        if changed is not None:
+        tree, native = self._owner._native(camera)
+        differing = self._scene.differing(native)
+        if FIXED & set(differing):
+            changed = next((place for place in _changes(self._tree, tree) if FIXED & set(_parts(place))), "scene")
             error = PlanError(f"{changed}: the scene has changed since the plan was made; make a new one with scene.plan()")
             error.key = changed
             raise error
-        return own != other
+        return bool(differing)
 
     def _render(self, scene: Any, plan: Any, listener: Listener | None) -> Image:
-        image = Image(_barnard.render(scene, plan, self._backend, exactness(self._backend), self._owner._limit, progress=listener))
+        image = Image(_barnard.render(scene, plan, self._backend, {}, self._owner._limit, progress=listener))
         if plan.misses_accuracy:
             error, rays = plan.spatial_error
             words = (
@@ -159,43 +161,46 @@ class Plan:
         return image
 
 
-def exactness(
+def backend_options(
     backend: str,
     accuracy: float | None = None,
     samples: int | None = None,
     target_error: float | None = None,
     seed: int | None = None,
-) -> dict[str, Any]:
-    """What is asked of back ends that take more than a plan; each refuses what belongs to the other."""
-    of = {"accuracy": ("reference", accuracy), "samples": ("path", samples), "target_error": ("path", target_error), "seed": ("path", seed)}
-    for name, (own, value) in of.items():
-        if value is not None and backend != own:
-            instead = "; give Method(accuracy=...) to the scene" if name == "accuracy" else ""
-            raise scene_error(name, f'{name} requires backend="{own}"{instead}')
-    ranges = {"accuracy": (1e-12, 0.5), "samples": (1, 2**40), "target_error": (1e-6, 1.0), "seed": (0, 2**63 - 1)}
-    for name, (low, high) in ranges.items():
-        value = of[name][1]
-        if value is not None and not low <= value <= high:
-            raise scene_error(name, f"{value} is out of range; give a number from {low:g} to {high:g}")
-    return {name: value for name, (_, value) in of.items()}
+) -> dict[str, dict[str, Any]]:
+    """Options of a render as tables of `[method]`; each back end refuses those of others."""
+    given = {
+        "reference": {"accuracy": accuracy},
+        "path": {"samples": samples, "target_error": target_error, "seed": seed},
+    }
+    options = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in given.items()}
+    for name, keys in options.items():
+        if keys and backend != name:
+            key = next(iter(keys))
+            remedy = "; give Method(accuracy=...) to the scene" if key == "accuracy" else ""
+            raise scene_error(key, f'{key} requires backend="{name}"{remedy}')
+    return {name: keys for name, keys in options.items() if keys}
 
 
 def _planned(owner: Scene, camera: dict[str, Any] | None, backend: str) -> Plan:
     return owner.plan(camera, backend=backend)
 
 
-def _changed(before: Any, now: Any, place: str = "") -> str | None:
-    """The first place in which two trees differ."""
+def _changes(before: Any, now: Any, place: str = "") -> Iterator[str]:
+    """The places in which two trees differ."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in [*before, *(key for key in now if key not in before)]:
-            found = _changed(before.get(key), now.get(key), f"{place}.{key}" if place else key)
-            if found is not None:
-                return found
-        return None
-    if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+            yield from _changes(before.get(key), now.get(key), f"{place}.{key}" if place else key)
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         for i, (a, b) in enumerate(zip(before, now)):
-            found = _changed(a, b, f"{place}[{i}]")
-            if found is not None:
-                return found
-        return None
-    return None if before == now else place
+            yield from _changes(a, b, f"{place}[{i}]")
+    elif before != now:
+        yield place
+
+
+def _parts(place: str) -> list[str]:
+    """The parts of a scene that a place changes; those of a plan for tables as a whole."""
+    path, _, key = re.sub(r"\[\d+\]", "", place).rpartition(".")
+    row = ROWS.get(path) or ROWS.get(f"{path.partition('.')[0]}.*")
+    known = row.all_keys().get(key) if row else None
+    return known.parts if known else sorted(FIXED)

@@ -15,11 +15,11 @@ from ._files import replace
 from ._progress import Listener, told
 from ._rows import scene_error, unknown_key
 from ._table import Table, checked, copied, table_of
-from ._tree import LISTS, PARTS, TABLES, place_of, take, tree_of
+from ._tree import LISTS, PARTS, TABLES, list_of, place_of, take, tree_of
 from .fit import Fit, FitModel, Images, model_of
 from .image import Image
 from .parameters import Parameter, parameters_of
-from .plan import Plan, exactness
+from .plan import Plan, backend_options
 from .plates import Plates, wavelengths
 from .sequence import FrameSequence
 from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Instrument, Method, Observation, Output, Spectrograph, Star, StarTable
@@ -152,7 +152,7 @@ class Scene:
             if name in TABLES and value is not None:
                 value = table_of(TABLES[name], value, name)
             if name in LISTS:
-                value = _list_of(value, name)
+                value = list_of(value, name)
         super().__setattr__(name, value)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -302,11 +302,6 @@ class Scene:
         """Every value that can be swept, animated or fitted, by path, with type, unit, range and current value.
 
         >>> scene.parameters()["star[0].temperature"].value
-
-        Raises
-        ------
-        SceneError
-            If a value has no place in a scene.
         """
         return parameters_of(self._tree())
 
@@ -465,11 +460,11 @@ class Scene:
         KeyboardInterrupt
             After Ctrl-C.
         """
-        exact = exactness(backend, accuracy, samples, target_error, seed)
+        options = backend_options(backend, accuracy, samples, target_error, seed)
         if backend in ("path", "reference"):
             _, native = self._native(camera)
             with told(progress) as listener:
-                return Image(_barnard.render(native, None, backend, exact, self._limit, progress=listener))
+                return Image(_barnard.render(native, None, backend, options, self._limit, progress=listener))
         with told(progress) as listener:
             plan = self.plan(camera, backend=backend, progress=listener)
             return plan._render(plan._scene, plan._plan, listener)
@@ -574,13 +569,6 @@ class Scene:
     def _resized(self, size: list[int]) -> dict[str, Any]:
         """The scene's camera with other pixels, which see as much along a row."""
         return {**self.camera._nodes(), "size": size}
-
-
-def _list_of(value: Any, name: str) -> list[Any]:
-    """The tables of a list; one alone is an error that says how to write it."""
-    if isinstance(value, (Table, Mapping, str)) or not hasattr(value, "__iter__"):
-        raise scene_error(name, f"{name} is a list of tables; write {name}=[...] around the {type(value).__name__}")
-    return list(value)
 
 
 Scene.__init__ = checked(Scene.__init__, "")  # type: ignore[method-assign]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from . import _barnard
 from ._progress import Listener, told
 from .image import Image
-from .plan import PlanError, exactness
+from .plan import PlanError, backend_options
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -83,10 +83,10 @@ class FrameSequence:
             After Ctrl-C.
         """
         self._check()
-        exact = exactness(backend, accuracy, samples, target_error, seed)
+        options = backend_options(backend, accuracy, samples, target_error, seed)
         sequence = self._sequence()
         with told(progress) as listener:
-            return Image(sequence.render(int(number), backend, exact, self._limit, progress=listener))
+            return Image(sequence.render(int(number), backend, options, self._limit, progress=listener))
 
     def __reduce__(self):
         """Its scene; whoever reads the pickle chooses anew what holds for all frames, with the same bits."""

@@ -2125,6 +2125,70 @@ class Output(Table):
         )
 
 
+class PathTracer(Table):
+    """Options of `--backend path`, the Monte Carlo path tracer.
+
+    Parameters
+    ----------
+    samples : integer between 1 and 1e12, default 64
+        Largest number of paths per pixel and band.
+    target_error : number between 0.000001 and 1, default none
+        Relative standard error of the worst band at which to stop earlier.
+    seed : integer at least zero, default 1
+        Seed of the noise.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "method.path"
+
+    def __init__(self, *, samples: int | None = None, target_error: float | None = None, seed: int | None = None):
+        super().__init__(samples=samples, target_error=target_error, seed=seed)
+
+
+class Reference(Table):
+    """Options of `--backend reference`, the adaptive integrator.
+
+    Parameters
+    ----------
+    accuracy : number between 1e-12 and 0.5, default 0.00001
+        Allowed error of each pixel, relative to its radiance.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "method.reference"
+
+    def __init__(self, *, accuracy: float | None = None):
+        super().__init__(accuracy=accuracy)
+
+
+class Device(Table):
+    """Options of `--backend gpu` and `auto`.
+
+    Parameters
+    ----------
+    on_the_fly : boolean, default false
+        Evaluate dust of a single field of kind "fbm" at every sample, instead of sampling it to a grid.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "method.gpu"
+
+    def __init__(self, *, on_the_fly: bool | None = None):
+        super().__init__(on_the_fly=on_the_fly)
+
+
 class Method(Table):
     """Method of spectral integrals.
 
@@ -2163,6 +2227,12 @@ class Method(Table):
     exact_stars : integer between 0 and 1e6, default all of up to 8; of more, one that emits over half of the light
         Number of the brightest stars to march individually; the light of the others is aggregated in cells beyond the
         neighbourhood of each (methods of nodes only).
+    path : table, default defaults
+        Options of the path tracer, [method.path].
+    reference : table, default defaults
+        Options of the reference, [method.reference].
+    gpu : table, default defaults
+        Options of graphics processors, [method.gpu].
 
     Raises
     ------
@@ -2190,6 +2260,9 @@ class Method(Table):
         sparse: Literal["auto", "always", "never"] | None = None,
         bounces: int | None = None,
         exact_stars: int | None = None,
+        path: PathTracer | None = None,
+        reference: Reference | None = None,
+        gpu: Device | None = None,
     ):
         super().__init__(
             name=name,
@@ -2207,6 +2280,9 @@ class Method(Table):
             sparse=sparse,
             bounces=bounces,
             exact_stars=exact_stars,
+            path=path,
+            reference=reference,
+            gpu=gpu,
         )
 
 
@@ -2286,4 +2362,4 @@ class Frames(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "StarCatalogue", "Background", "Detail", "Spectrograph", "Band", "Glare", "Display", "Observation", "PointSpread", "Instrument", "Output", "Method", "Animation", "Frames"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "StarCatalogue", "Background", "Detail", "Spectrograph", "Band", "Glare", "Display", "Observation", "PointSpread", "Instrument", "Output", "PathTracer", "Reference", "Device", "Method", "Animation", "Frames"]

@@ -98,7 +98,6 @@ def test_no_sweep_asks_for_much(star):
         (lambda s: setattr(s, "method", bn.Method(name="lookup")), "spectral method"),
         (lambda s: setattr(s.fields["cloud"], "every", 2), "do not support every"),
         (lambda s: setattr(s.fields["cloud"], "low", None), "requires a box"),
-        (lambda s: setattr(s.fields["cloud"], "axes", "xyw"), "once each"),
         (lambda s: s.fields.update(ball=bn.Sphere(radius="1.5 pc")) or setattr(s.dust, "density", "cloud + ball"), "beyond the box"),
         (lambda s: s.fields.update(other=bn.Grid(da.zeros((8, 8, 8)), low="-1 -1 -1 pc", high="1 1 1 pc")), "must have the same"),
         (lambda s: s.fields.update(other=bn.Grid(da.zeros((16, 16, 16)), low="-1 -1 -1 pc", high="1 1 2 pc")), "its box differs"),

@@ -141,8 +141,6 @@ def test_what_is_no_observation_is_refused():
     for wrong, key in [
         (bn.Observation("somewhere"), "observation.target"),
         (bn.Observation("10 95"), "observation.target"),
-        (bn.Observation("10 20", frame="b1950"), "observation.frame"),
-        (bn.Observation("10 20", unit="Jy"), "observation.unit"),
         (bn.Observation("10 20", distance="-4 pc"), "observation.distance"),
     ]:
         scene.observation = wrong

@@ -5,6 +5,7 @@ import inspect
 from pathlib import Path
 
 import barnard as bn
+import pytest
 import write_tables
 from barnard import _barnard, tables
 
@@ -12,6 +13,27 @@ from barnard import _barnard, tables
 def test_the_tables_are_of_the_rows():
     own = Path(tables.__file__).read_text(encoding="utf-8")
     assert own == write_tables.text(), "run: python python/write_tables.py"
+
+
+def test_choices_are_checked_when_they_are_set():
+    for wrong, key in [
+        (lambda: bn.Observation("10 20", frame="b1950"), "observation.frame"),
+        (lambda: bn.Observation("10 20", unit="Jy"), "observation.unit"),
+        (lambda: bn.Grid("cloud.npy", axes="xyw"), "field.axes"),
+    ]:
+        with pytest.raises(bn.SceneError, match="known: ") as refused:
+            wrong()
+        assert refused.value.key == key
+
+
+def test_parameters_have_values_units_and_ranges():
+    scene = bn.Scene.builtin("pleiades")
+    scene.stars[0].temperature = "12 kK"
+    found = scene.parameters()
+    temperature = found["star[0].temperature"]
+    assert (temperature.value, temperature.unit, temperature.is_default) == (12.0, "kK", False)
+    assert (temperature.low, temperature.high) == pytest.approx((1e-3, 1e6)) and "temperature between" in temperature.type
+    assert found["method.bounces"].low == 1 and found["camera.position"].unit == "pc" and len(found["camera.position"].value) == 3
 
 
 def test_every_key_of_every_table_has_a_keyword():
@@ -31,7 +53,7 @@ def test_the_stub_is_the_native_module():
     native = {name for name in dir(_barnard) if not name.startswith("__") or name == "__version__"}
     assert names(stub.body) - {"KeyRow"} == native
     for node in stub.body:
-        if isinstance(node, ast.ClassDef) and not any(base.id.endswith("Error") or base.id == "Exception" for base in node.bases):
+        if isinstance(node, ast.ClassDef) and node.name != "KeyRow" and not any(base.id.endswith("Error") or base.id == "Exception" for base in node.bases):
             own = {name for name in vars(getattr(_barnard, node.name)) if not name.startswith("__")}
             assert names(node.body) - {"__new__"} == own, node.name
 

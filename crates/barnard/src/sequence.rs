@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use spectra::colour::Palette;
+use spectra::fingerprint::Fingerprint;
 
 use crate::animation::{Frames, Timeline};
 use crate::backend::cpu::Cpu;
@@ -118,10 +119,19 @@ const PILOT_EDGE: usize = 320;
 #[derive(Debug)]
 pub struct Follower {
     sequence: Sequence,
-    /// The latest scene, and what was said of it but for its camera.
-    read: Option<(String, Scene)>,
-    /// The latest plan, and what was said of its scene but for the camera.
-    planned: Option<(String, Plan)>,
+    /// The latest scene, and the fingerprint of its tree without the camera.
+    read: Option<(Fingerprint, Scene)>,
+    /// The latest plan, and what it depends on but the camera.
+    planned: Option<(Inputs, Plan)>,
+}
+
+/// Inputs of a plan but the camera.
+#[derive(Debug, Clone, PartialEq)]
+struct Inputs {
+    physics: Fingerprint,
+    choices: Choices,
+    memory_limit: u64,
+    star_depth_voxels: usize,
 }
 
 impl Follower {
@@ -142,8 +152,8 @@ impl Follower {
             other => other,
         };
         let still = timeline.at(tree, time).map_err(at_moment)?;
-        let said = but_for_camera(&still);
-        let known = self.read.as_ref().filter(|(of, _)| *of == said).map(|(_, scene)| scene.clone());
+        let content = but_for_camera(&still);
+        let known = self.read.as_ref().filter(|(of, _)| *of == content).map(|(_, scene)| scene.clone());
         let scene = match (known, still.get("camera").map(|property| &property.value)) {
             (Some(scene), Some(Value::Table(own))) => {
                 let camera = camera::build(&Section::new(own, "camera"), &loader.inputs).map_err(at_moment)?;
@@ -156,7 +166,7 @@ impl Follower {
                 Scene { timeline: Some(timeline.clone()), provenance: provenance.clone(), ..scene }
             }
         };
-        self.read = Some((said, scene.clone()));
+        self.read = Some((content, scene.clone()));
         Ok(scene)
     }
 
@@ -165,23 +175,24 @@ impl Follower {
     /// # Errors
     /// Errors of [`Plan::new`].
     pub fn plan(&mut self, scene: &Scene, options: &Options, held: &Choices, control: &Control) -> Result<&Plan> {
-        let said = self.read.as_ref().map(|(said, _)| format!("{said} {held:?} {:?} {options:?}", scene.method)).unwrap_or_default();
+        let Options { memory_limit, star_depth_voxels, .. } = *options;
+        let inputs = Inputs { physics: scene.parts().physics(), choices: held.clone(), memory_limit, star_depth_voxels };
         let plan = match self.planned.take() {
-            Some((of, mut plan)) if of == said => {
+            Some((of, mut plan)) if of == inputs => {
                 plan.look_from(scene.camera.clone(), control)?;
                 plan
             }
             before => Plan::holding(before.as_ref().map(|(_, plan)| plan), scene, options, held, control)?,
         };
-        Ok(&self.planned.insert((said, plan)).1)
+        Ok(&self.planned.insert((inputs, plan)).1)
     }
 }
 
-/// Content of a tree without its camera.
-fn but_for_camera(tree: &Table) -> String {
+/// Fingerprint of a tree without its camera.
+fn but_for_camera(tree: &Table) -> Fingerprint {
     let mut rest = tree.clone();
     rest.remove("camera");
-    rest.to_string()
+    rest.fingerprint()
 }
 
 /// Settings shared by all frames of a sequence, so that none differs from its neighbours by more than what it shows.

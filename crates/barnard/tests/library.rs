@@ -158,7 +158,9 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
     }
     let mut fewer = made();
     fewer.bands.truncate(1);
-    assert!(Job::planned(&fewer, &Options::default(), &plan).err().unwrap().to_string().contains("passbands of the plan"));
+    assert!(
+        Job::planned(&fewer, &Options::default(), &plan).err().unwrap().to_string().contains("differs from that of its plan (spectra)")
+    );
 }
 
 /// A back end that has rendered one scene renders the next as a new one does.

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use barnard::plan::Options;
-use barnard::scene::{Loader, MANY_BOUNCES, MAX_STEPS, Scene};
+use barnard::properties::Value;
+use barnard::scene::{Loader, Scene};
 use barnard_files::{Change, SceneFile};
 use clap::Args;
 use serde_json::json;
@@ -29,13 +30,13 @@ pub struct SceneArgs {
     pub accuracy: Option<f64>,
     /// Fixed number of samples per ray, for comparisons
     #[arg(long, value_name = "N")]
-    pub steps: Option<usize>,
+    pub steps: Option<i64>,
     /// Fixed number of nodes, intervals, elements or samples of the method, for comparisons
     #[arg(long, value_name = "N")]
-    pub count: Option<usize>,
+    pub count: Option<i64>,
     /// Largest number of scatterings of starlight, 1000 for all (default: the scene's)
     #[arg(long, value_name = "N")]
-    pub bounces: Option<usize>,
+    pub bounces: Option<i64>,
     /// Use [bookmark.NAME] of the scene instead of its camera
     #[arg(long, value_name = "NAME")]
     pub bookmark: Option<String>,
@@ -64,6 +65,11 @@ pub fn memory_limit(gib: f64) -> anyhow::Result<u64> {
     Ok((gib * f64::from(1u32 << 30)) as u64)
 }
 
+/// A change of a key by a flag, if given.
+pub fn change(key: &str, value: Option<Value>) -> Option<Change> {
+    value.map(|value| Change { key: key.to_owned(), value })
+}
+
 fn parse_crop(text: &str) -> Result<[usize; 4], String> {
     let numbers: Option<Vec<usize>> = text.split(',').map(|t| t.trim().parse().ok()).collect();
     let four = numbers.and_then(|numbers| numbers.try_into().ok());
@@ -90,28 +96,37 @@ impl SceneArgs {
 
     /// Variant for a back end: where that is a device, it has the light of several stars go through gas.
     pub fn load_for(&self, backend: &str) -> anyhow::Result<(Scene, Options)> {
-        let (file, options) = self.open_for(backend)?;
+        self.load_with(backend, Vec::new())
+    }
+
+    /// Variant with changes of more keys.
+    pub fn load_with(&self, backend: &str, more: Vec<Change>) -> anyhow::Result<(Scene, Options)> {
+        let (file, options) = self.open_with(backend, more)?;
         Ok((self.adjusted(file.scene, options.memory_limit)?, options))
     }
 
-    /// Reads the scene for a back end, as its file has it; starts the threads.
+    /// Reads the scene for a back end, with its camera as the file has it; starts the threads.
     pub fn open_for(&self, backend: &str) -> anyhow::Result<(SceneFile, Options)> {
+        self.open_with(backend, Vec::new())
+    }
+
+    /// Variant with changes of more keys.
+    pub fn open_with(&self, backend: &str, more: Vec<Change>) -> anyhow::Result<(SceneFile, Options)> {
         if let Some(threads) = self.threads {
             if !(1..=4096).contains(&threads) {
                 bail!("--threads {threads} is out of range; give a number from 1 to 4096");
             }
             rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the threads")?;
         }
+        let changes: Vec<Change> = self.changes(backend).into_iter().chain(more).collect();
         let memory_limit = self.memory_limit()?;
         let control = progress::control()?;
         let prepared = |loader: &Loader| loader.under(&control).traced_by(tracer(backend));
         let file = match (&self.scene, &self.builtin) {
-            (_, Some(name)) => barnard_files::builtin::open_with(name, &self.set, memory_limit, prepared)?,
+            (_, Some(name)) => barnard_files::builtin::open_with(name, &changes, memory_limit, prepared)?,
             // "-" is the standard input, as other programs have it.
-            (Some(path), None) if path.as_os_str() == "-" => {
-                SceneFile::open_with("/dev/stdin".as_ref(), &self.set, memory_limit, prepared)?
-            }
-            (Some(path), None) => SceneFile::open_with(path, &self.set, memory_limit, prepared)?,
+            (Some(path), None) if path.as_os_str() == "-" => SceneFile::open_with("/dev/stdin".as_ref(), &changes, memory_limit, prepared)?,
+            (Some(path), None) => SceneFile::open_with(path, &changes, memory_limit, prepared)?,
             (None, None) => bail!("a scene is required; give a file, or --builtin NAME"),
         };
         control.check()?;
@@ -121,18 +136,22 @@ impl SceneArgs {
         Ok((file, Options::within(memory_limit)))
     }
 
+    /// The flags that stand for keys of the scene, as changes of those keys.
+    fn changes(&self, backend: &str) -> Vec<Change> {
+        let accuracy = if backend == "reference" { "method.reference.accuracy" } else { "method.accuracy" };
+        let flags = [
+            change("method.name", self.method.clone().map(Value::Text)),
+            change(accuracy, self.accuracy.map(Value::Number)),
+            change("method.steps", self.steps.map(Value::Integer)),
+            change("method.count", self.count.map(Value::Integer)),
+            change("method.bounces", self.bounces.map(Value::Integer)),
+        ];
+        self.set.iter().cloned().chain(flags.into_iter().flatten()).collect()
+    }
+
     /// The flags that change a scene after it was read, with their values; null for those that are absent.
-    fn flags(&self) -> [(&'static str, serde_json::Value); 8] {
-        [
-            ("--method", json!(self.method)),
-            ("--accuracy", json!(self.accuracy)),
-            ("--steps", json!(self.steps)),
-            ("--count", json!(self.count)),
-            ("--bounces", json!(self.bounces)),
-            ("--bookmark", json!(self.bookmark)),
-            ("--size", json!(self.size)),
-            ("--crop", json!(self.crop)),
-        ]
+    fn flags(&self) -> [(&'static str, serde_json::Value); 3] {
+        [("--bookmark", json!(self.bookmark)), ("--size", json!(self.size)), ("--crop", json!(self.crop))]
     }
 
     /// Refuses flags that change a scene that was read, where it is read again: `--set` changes its text.
@@ -173,39 +192,6 @@ impl SceneArgs {
         if let Some((width, height)) = self.size {
             scene.camera = scene.camera.size(width, height);
         }
-        scene.method = self.method(&scene)?;
         Ok(scene)
-    }
-
-    fn method(&self, scene: &Scene) -> anyhow::Result<barnard::scene::Method> {
-        let mut method = scene.method.clone();
-        if let Some(name) = &self.method {
-            method = method.with_name(name)?;
-        }
-        if let Some(accuracy) = self.accuracy {
-            if !(1e-9..=0.5).contains(&accuracy) {
-                bail!("--accuracy {accuracy} is out of range; give a number from 1e-9 to 0.5");
-            }
-            method.accuracy = accuracy;
-        }
-        if let Some(steps) = self.steps {
-            if !(1..=MAX_STEPS as usize).contains(&steps) {
-                bail!("--steps {steps} is out of range; give a number from 1 to {MAX_STEPS}");
-            }
-            method.steps = Some(steps);
-        }
-        if let Some(bounces) = self.bounces {
-            if !(1..=MANY_BOUNCES).contains(&bounces) {
-                bail!("--bounces {bounces} is out of range; give a number from 1 to {MANY_BOUNCES}");
-            }
-            method.bounces = bounces;
-        }
-        if let Some(count) = self.count {
-            if !(1..=4096).contains(&count) {
-                bail!("--count {count} is out of range; give a number from 1 to 4096");
-            }
-            method.settings.count = Some(count);
-        }
-        Ok(method)
     }
 }

@@ -12,6 +12,7 @@ mod hdf5;
 mod inputs;
 mod manual;
 mod panoramas;
+mod parts;
 mod plates;
 mod star_tables;
 mod support;

@@ -12,7 +12,7 @@ use barnard::instrument::Kernels;
 use barnard::plan::{Choices, RuleTarget};
 use barnard::plates::{Reach, binds_dust, dust_per_pc};
 use barnard::properties::Table;
-use barnard::scene::{Loader, Scene};
+use barnard::scene::{Loader, Part, Scene};
 use barnard::{Options, Plan, Plates};
 
 use crate::Parameter;
@@ -114,7 +114,7 @@ impl Images {
             agree(&path, &file, &model, &scene, observation.assumed)?;
             let good = counted(&path, &file, &model, &scene, &mut data)?;
             let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            let is_free = !binds_dust(&scene) && images.moves_dust(&observation.with, &scene)?;
+            let is_free = !binds_dust(&scene) && images.moves_dust(&observation.with);
             images.sets.push(Set {
                 name,
                 with: observation.with.clone(),
@@ -161,20 +161,8 @@ impl Images {
     }
 
     /// True if a free parameter changes the amount of dust of an image's scene.
-    ///
-    /// # Errors
-    /// On interruption by the user.
-    fn moves_dust(&self, with: &Table, scene: &Scene) -> Result<bool> {
-        for (i, part) in (0..self.start.len()).flat_map(|i| [(i, 1e-3), (i, -1e-3)]) {
-            let mut values = self.start.clone();
-            values[i] += part * if values[i] == 0.0 { 1.0 } else { values[i].abs() };
-            match self.scene(with, &values) {
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Ok(other) if dust_per_pc(&other) != dust_per_pc(scene) => return Ok(true),
-                _ => {}
-            }
-        }
-        Ok(false)
+    fn moves_dust(&self, with: &Table) -> bool {
+        with.get("dust").is_none() && self.held.iter().any(|held| held.parts.contains(&Part::Amount))
     }
 
     /// Choice of the pilots for an image's scene with some values of the parameters, and its amount of dust. Its plates are the latest.

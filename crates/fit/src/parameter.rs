@@ -3,7 +3,7 @@
 use barnard::error::{Error, Result};
 use barnard::properties::places::{get, set};
 use barnard::properties::{Form, Table, Value};
-use barnard::scene::parameter;
+use barnard::scene::{self, Part};
 use barnard::spectra::error::nearest;
 
 /// A number of a scene that is free.
@@ -37,7 +37,7 @@ pub fn free_parameters(text: &str, tree: &Table) -> Result<Vec<Parameter>> {
 impl Parameter {
     /// The parameter with bounds within the range of its key.
     fn narrowed(mut self, tree: &Table) -> Self {
-        let known = parameter(tree, &self.key);
+        let known = scene::parameter(tree, &self.key);
         let Some((known, start)) = known.and_then(|known| Some((known.range(), *known.numbers()?.0.first()?))) else { return self };
         let (low, high) = known;
         let is_narrow = self.bounds.1.is_finite() || high - low <= NARROW * start.abs();
@@ -83,6 +83,8 @@ impl std::str::FromStr for Parameter {
 pub(crate) struct Held {
     key: String,
     form: Form,
+    /// Parts of the scene that it changes.
+    pub parts: &'static [Part],
 }
 
 impl Held {
@@ -101,7 +103,10 @@ impl Held {
         };
         let found = found.ok_or_else(missing)?;
         match Form::of(&found.value) {
-            Some((form, numbers)) if numbers.len() == 1 => Ok((Self { key: parameter.key.clone(), form }, numbers[0])),
+            Some((form, numbers)) if numbers.len() == 1 => {
+                let parts = scene::parameter(tree, &parameter.key).map_or(&[][..], |known| known.parts);
+                Ok((Self { key: parameter.key.clone(), form, parts }, numbers[0]))
+            }
             _ => Err(wrong(format!("the scene has {}", found.value))),
         }
     }

@@ -27,14 +27,14 @@ pub const BACKENDS: &[BackendEntry] = &[
         summary: "f32 on a graphics processor (Vulkan, Metal, DirectX 12), reads only the plan; all methods but random wavelengths",
         planned: true,
         device: DeviceUse::Always,
-        open: |_| Ok(Box::new(OnDevice::open(Tuning::default())?)),
+        open: |scene| Ok(Box::new(OnDevice::open(Tuning::of(scene))?)),
     },
     BackendEntry {
         name: "auto",
         summary: "gpu if a real device supports the method, otherwise cpu; prints the choice and the reason",
         planned: true,
         device: DeviceUse::IfReal,
-        open: |_| Ok(Box::new(Auto::new(Tuning::default()))),
+        open: |scene| Ok(Box::new(Auto::new(Tuning::of(scene)))),
     },
 ];
 

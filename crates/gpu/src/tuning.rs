@@ -1,5 +1,7 @@
 //! Tuning options of a march on a device.
 
+use barnard::scene::Scene;
+
 /// The way in which a picture is made; all but `on_the_fly` leave the picture as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tuning {
@@ -14,6 +16,13 @@ pub struct Tuning {
     /// True if dust that is noise is evaluated at every sample and not read as it was sampled: another picture, by what
     /// a grid cannot show.
     pub on_the_fly: bool,
+}
+
+impl Tuning {
+    /// The tuning that a scene asks for.
+    pub fn of(scene: &Scene) -> Self {
+        Self { on_the_fly: scene.method.backends.on_the_fly, ..Self::default() }
+    }
 }
 
 impl Default for Tuning {

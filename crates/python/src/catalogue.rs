@@ -1,6 +1,6 @@
 //! Rows: what scenes may hold, and the names that they choose from.
 
-use barnard::properties::{KeyRow, Type};
+use barnard::properties::{KeyRow, Part, Type};
 use barnard::scene::schema::TABLES;
 use barnard_cli::backends::registry;
 use barnard_files::builtin;
@@ -27,9 +27,11 @@ pub struct Key {
     default: Option<String>,
     /// Condition under which it is required, in words.
     condition: Option<String>,
+    /// Names of the parts of the scene that it changes.
+    parts: Vec<String>,
 }
 
-fn keys(keys: &'static [KeyRow]) -> Vec<Key> {
+fn keys(keys: &'static [KeyRow], parts: &'static [Part]) -> Vec<Key> {
     let key = |key: &KeyRow| Key {
         name: key.name,
         summary: key.summary,
@@ -45,6 +47,7 @@ fn keys(keys: &'static [KeyRow]) -> Vec<Key> {
         is_required: key.is_required(),
         default: key.default_words(),
         condition: key.condition(),
+        parts: key.parts.unwrap_or(parts).iter().map(Part::to_string).collect(),
     };
     keys.iter().map(key).collect()
 }
@@ -59,9 +62,9 @@ type TableRow = (&'static str, &'static str, Vec<Key>, Vec<KindRow>);
 #[pyfunction]
 pub fn schema() -> Vec<TableRow> {
     let kinds = |table: &barnard::scene::schema::TableRow| {
-        (table.kinds)().into_iter().map(|kind| (kind.name, kind.summary, keys(kind.keys))).collect()
+        (table.kinds)().into_iter().map(|kind| (kind.name, kind.summary, keys(kind.keys, table.parts))).collect()
     };
-    TABLES.iter().map(|table| (table.path, table.text, keys(table.keys), kinds(table))).collect()
+    TABLES.iter().map(|table| (table.path, table.text, keys(table.keys, table.parts), kinds(table))).collect()
 }
 
 /// A quantity: name, units with their sizes, an example.

@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 
 use barnard::Result;
-use barnard::backend::path::{self, PathTracer};
-use barnard::backend::reference::{self, Reference};
 use barnard::backend::{Backend, Job};
 use barnard::control::Control;
 use barnard::image::{Display, FAR_AWAY, LayerContent, PixelScale, Samples};
@@ -192,46 +190,38 @@ pub fn check_writable(py: Python, path: PathBuf) -> PyResult<()> {
     barnard_files::formats::check_writable(&path).map_err(|error| raised(py, error))
 }
 
-/// Options of back ends without a plan.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct Exactness {
-    accuracy: Option<f64>,
-    samples: Option<u64>,
-    target_error: Option<f64>,
-    seed: Option<u64>,
-}
-
 /// Renders a scene by a back end; those that read a plan take `plan`, which must be of the same scene and camera.
 #[pyfunction]
-#[pyo3(signature = (scene, plan, backend, exactness, memory_limit, progress=None))]
+#[pyo3(signature = (scene, plan, backend, options, memory_limit, progress=None))]
 pub fn render(
     py: Python,
     scene: &Scene,
     plan: Option<&Plan>,
     backend: &str,
-    exactness: Exactness,
+    options: &Bound<PyDict>,
     memory_limit: u64,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<Image> {
-    let owner = scene.0.clone();
-    work::run(py, progress, move |control| rendered(&owner, plan.map(|plan| &plan.0), backend, &exactness, memory_limit, control))
+    let (owner, options) = (scene.0.clone(), tree::table(options)?);
+    work::run(py, progress, move |control| rendered(&owner, plan.map(|plan| &plan.0), backend, &options, memory_limit, control))
 }
 
-/// The picture of a scene by a back end.
+/// The picture of a scene by a back end, with options as the tables `path` and `reference` of `[method]` have them.
 pub fn rendered(
     scene: &Owner,
     plan: Option<&barnard::Plan>,
     backend: &str,
-    exactness: &Exactness,
+    options: &Table,
     memory_limit: u64,
     control: &Control,
 ) -> Result<Image> {
     scene.check_image(memory_limit)?;
+    let mut adjusted = barnard::Scene::clone(scene);
+    adjusted.method.backends = adjusted.method.backends.with_properties(options)?;
     let options = Options::within(memory_limit);
     let job = match plan {
-        Some(plan) => Job::planned(scene, &options, plan)?,
-        None => Job::new(scene, &options)?,
+        Some(plan) => Job::planned(&adjusted, &options, plan)?,
+        None => Job::new(&adjusted, &options)?,
     };
     let render = |backend: &mut dyn Backend| {
         let (image, stats) = backend.render(&job, control)?;
@@ -239,15 +229,7 @@ pub fn rendered(
         warnings.extend(backend.instead().map(|why| format!("on the cpu: {why}")));
         Ok((image, stats, warnings))
     };
-    let (image, stats, warnings) = match backend {
-        "path" => {
-            let defaults = path::Options::default();
-            let (samples, seed) = (exactness.samples.unwrap_or(defaults.samples), exactness.seed.unwrap_or(defaults.seed));
-            render(&mut PathTracer::new(defaults.with_samples(samples).with_target_error(exactness.target_error).with_seed(seed)))?
-        }
-        "reference" => render(&mut Reference { accuracy: exactness.accuracy.unwrap_or(reference::DEFAULT_ACCURACY) })?,
-        _ => open::with(backend, scene, render)?,
-    };
+    let (image, stats, warnings) = open::with(backend, &adjusted, render)?;
     let certificates = plan.map_or_else(Vec::new, |plan| certificates(plan, &stats));
     Ok(Image { scene: scene.clone(), image, certificates, warnings })
 }

@@ -4,7 +4,7 @@ use std::ops::Deref;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use barnard::properties::Table;
+use barnard::properties::{Part, Table};
 use barnard::scene::Loader;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -96,5 +96,10 @@ impl Scene {
     #[getter]
     fn size(&self) -> (usize, usize) {
         (self.0.camera.width, self.0.camera.height)
+    }
+
+    /// Names of the parts in which another scene differs, such as "space", "spectra" and "view".
+    fn differing(&self, other: &Self) -> Vec<String> {
+        self.0.parts().differing(&other.0.parts()).iter().map(Part::to_string).collect()
     }
 }

@@ -5,13 +5,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::plan::Options;
+use barnard::properties::Table;
 use barnard::sequence::{Follower, Held};
 use barnard::{Error, Result};
 use barnard_cli::backends::registry;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::image::{Exactness, Image, rendered};
+use crate::image::{Image, rendered};
 use crate::open;
 use crate::scene::{Owner, Reader, Words};
 use crate::{tree, work};
@@ -59,29 +60,30 @@ impl Sequence {
     }
 
     /// Renders a frame by a back end.
-    #[pyo3(signature = (number, backend, exactness, memory_limit, progress=None))]
+    #[pyo3(signature = (number, backend, options, memory_limit, progress=None))]
     fn render(
         &self,
         py: Python,
         number: i64,
         backend: &str,
-        exactness: Exactness,
+        options: &Bound<PyDict>,
         memory_limit: u64,
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<Image> {
-        work::run(py, progress, |control| self.frame(number, backend, &exactness, memory_limit, control))
+        let by = (backend, tree::table(options)?);
+        work::run(py, progress, |control| self.frame(number, &by, memory_limit, control))
     }
 }
 
 impl Sequence {
-    fn frame(&self, number: i64, backend: &str, exactness: &Exactness, memory_limit: u64, control: &Control) -> Result<Image> {
+    fn frame(&self, number: i64, by: &(&str, Table), memory_limit: u64, control: &Control) -> Result<Image> {
         let frames = self.sequence.frames();
         if !(frames.first..=frames.last()).contains(&number) {
             return Err(Error::out_of_range("frame", number, format!("between {} and {}", frames.first, frames.last())));
         }
         let kept = self.followed.lock().unwrap_or_else(PoisonError::into_inner).take();
         let mut follower = kept.unwrap_or_else(|| Follower::new(&self.sequence));
-        let image = self.followed_frame(&mut follower, number, backend, exactness, memory_limit, control);
+        let image = self.followed_frame(&mut follower, number, by, memory_limit, control);
         *self.followed.lock().unwrap_or_else(PoisonError::into_inner) = Some(follower);
         image
     }
@@ -90,8 +92,7 @@ impl Sequence {
         &self,
         follower: &mut Follower,
         number: i64,
-        backend: &str,
-        exactness: &Exactness,
+        (backend, own): &(&str, Table),
         memory_limit: u64,
         control: &Control,
     ) -> Result<Image> {
@@ -117,7 +118,7 @@ impl Sequence {
             let scene = Arc::new(barnard::Scene { display: held.display(&scene.display), ..scene });
             let plan = planned.then(|| follower.plan(&scene, &options, &held.choices, control)).transpose()?;
             let scene = Owner { scene, words: self.words.clone() };
-            let image = rendered(&scene, plan, backend, exactness, memory_limit, control)?;
+            let image = rendered(&scene, plan, backend, own, memory_limit, control)?;
             let own = image.image.clone();
             frame.get_or_insert(image);
             Ok(own)

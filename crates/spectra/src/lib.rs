@@ -16,6 +16,7 @@ pub mod error;
 pub mod exp_integral;
 mod exponential;
 pub mod extinction;
+pub mod fingerprint;
 pub mod hydrogen_continuum;
 pub mod nebular;
 mod number;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use crate::constants::SPEED_OF_LIGHT;
 use crate::error::{Result, SpectraError};
+use crate::fingerprint::{Digest, Fingerprint};
 use crate::passband::Passband;
 use crate::quadrature::gauss_legendre;
 use crate::table::Table;
@@ -24,9 +25,16 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     fn breakpoints_um(&self) -> &[f64] {
         &[]
     }
+    /// Adds the content to a digest. The default tells objects apart by their address.
+    fn content(&self, digest: &mut Digest) {
+        digest.object(self);
+    }
 }
 
 impl Shape for Table {
+    fn content(&self, digest: &mut Digest) {
+        self.add_to(digest.text("table"));
+    }
     fn at(&self, lambda_um: f64) -> f64 {
         self.at_or_zero(lambda_um)
     }
@@ -68,6 +76,15 @@ const PIECES: usize = 8;
 const PIECE_ORDER: usize = 4;
 
 impl Spectrum {
+    /// Fingerprint of all continua and lines.
+    pub fn fingerprint(&self) -> Fingerprint {
+        let mut digest = Digest::new("spectrum");
+        digest.integer(self.continua.len() as u64);
+        self.continua.iter().for_each(|(factor, shape)| shape.content(digest.number(*factor)));
+        let lines: Vec<f64> = self.lines.iter().flat_map(|line| [line.lambda_um, line.strength]).collect();
+        digest.numbers(&lines).numbers(&self.widths).finish()
+    }
+
     /// `factor` times a continuous shape.
     pub fn continuous(factor: f64, shape: Arc<dyn Shape>) -> Self {
         Self { continua: vec![(factor, shape)], ..Self::default() }

@@ -1,6 +1,7 @@
 //! Sampled functions of one variable.
 
 use crate::error::{Result, SpectraError};
+use crate::fingerprint::Digest;
 
 /// A piecewise linear function given by samples with ascending abscissae.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,6 +14,11 @@ pub struct Table {
 pub const MAX_SAMPLES: usize = 1_000_000;
 
 impl Table {
+    /// Adds the content to a digest.
+    pub fn add_to(&self, digest: &mut Digest) {
+        digest.numbers(&self.x).numbers(&self.y);
+    }
+
     /// A table of samples; `x` must be strictly ascending, all finite, at least two.
     ///
     /// # Errors

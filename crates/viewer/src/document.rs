@@ -10,10 +10,10 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::Result;
 use barnard::control::Control;
-use barnard::properties::Table;
 use barnard::scene::{Loader, Provenance, RayTracer, Scene, Star};
 use barnard::sequence::{Follower, Sequence};
 use barnard_files::{SceneFiles, builtin, toml};
+use spectra::fingerprint::{Digest, Fingerprint};
 use toml_edit::DocumentMut;
 
 use crate::edit::{Edit, count};
@@ -49,13 +49,13 @@ pub struct Document {
     saved: String,
     toml: DocumentMut,
     scene: Arc<Scene>,
-    physics: Arc<str>,
+    physics: Fingerprint,
     /// Sets equal texts of two openings apart: their files may be others.
     opening: u64,
     /// The moment that is shown of a scene that changes [s].
     moment: f64,
     /// Timeline; `None` for static scenes.
-    followed: Option<Followed>,
+    followed: Option<Follower>,
     past: Vec<String>,
     future: Vec<String>,
     /// The edit that the next of the same name goes on with.
@@ -66,7 +66,7 @@ pub struct Document {
 /// Background refinement of rough results.
 struct Refining {
     /// Initial text without camera and display.
-    physics: Arc<str>,
+    physics: Fingerprint,
     control: Control,
     /// The exact scene once it is done; what went wrong, where it failed.
     done: Receiver<Result<Arc<Scene>>>,
@@ -83,14 +83,8 @@ impl Drop for Refining {
 struct Reading {
     toml: DocumentMut,
     scene: Arc<Scene>,
-    physics: Arc<str>,
-    followed: Option<Followed>,
-}
-
-/// A scene that changes, and what goes with it from moment to moment.
-struct Followed {
-    sequence: Sequence,
-    follower: Follower,
+    physics: Fingerprint,
+    followed: Option<Follower>,
 }
 
 impl Document {
@@ -164,9 +158,9 @@ impl Document {
         &stars[..count(self.toml.as_table(), "star").min(stars.len())]
     }
 
-    /// Text without camera and display: where that is equal, a plan holds.
-    pub fn physics(&self) -> &Arc<str> {
-        &self.physics
+    /// Fingerprint of all that a plan depends on but the camera: where that is equal, a plan holds.
+    pub fn physics(&self) -> Fingerprint {
+        self.physics
     }
 
     /// True if the scene is known roughly: the document is to be refined.
@@ -194,7 +188,7 @@ impl Document {
             let _ = sender.send(made);
             heard(None);
         });
-        self.refining = Some(Refining { physics: self.physics.clone(), control, done, failure: None });
+        self.refining = Some(Refining { physics: self.physics, control, done, failure: None });
     }
 
     /// Takes what was refined, where it is there; true where the scene has changed.
@@ -230,8 +224,8 @@ impl Document {
     /// If the scene cannot be at that moment; what was shown stays.
     pub fn show_moment(&mut self, moment: f64) -> Result<()> {
         if let Some(followed) = self.followed.as_mut().filter(|_| self.moment != moment) {
-            let scene = followed.follower.scene(moment, &Control::default())?;
-            self.physics = physics(&scene, followed.sequence.tree(moment)?, self.opening);
+            let scene = followed.scene(moment, &Control::default())?;
+            self.physics = physics(&scene, self.opening);
             self.scene = Arc::new(scene);
         }
         self.moment = moment;
@@ -299,7 +293,7 @@ impl Document {
     ///
     /// # Errors
     /// Errors of `barnard check`.
-    pub fn variant(&self, edit: Edit) -> Result<(Arc<Scene>, Arc<str>)> {
+    pub fn variant(&self, edit: Edit) -> Result<(Arc<Scene>, Fingerprint)> {
         let mut toml = self.toml.clone();
         edit.apply(&mut toml);
         let reading = read(&self.origin, &toml.to_string(), &self.loader.roughly().at(self.moment), self.opening)?;
@@ -350,7 +344,7 @@ impl Document {
     }
 
     fn take(&mut self, reading: Reading) {
-        if *reading.physics != *self.physics {
+        if reading.physics != self.physics {
             self.refining = None;
         }
         (self.toml, self.scene, self.physics) = (reading.toml, reading.scene, reading.physics);
@@ -413,36 +407,22 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
         Origin::Builtin(name) => (format!("built-in {name}"), (*name).to_owned()),
         Origin::File(path) => (path.display().to_string(), path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()),
     };
-    let mut properties = toml::properties(&file, text)?;
+    let properties = toml::properties(&file, text)?;
     let mut scene = Scene::from_properties(&properties, &name, loader)?;
     let own = if let Origin::File(path) = origin { vec![path.clone()] } else { Vec::new() };
     scene.provenance = Some(Provenance { text: text.into(), files: own });
     let mut followed = None;
     if scene.timeline.is_some() {
-        let sequence = Sequence::new(properties.clone(), loader.clone(), &scene)?;
-        properties = sequence.tree(loader.moment())?;
-        followed = Some(Followed { follower: Follower::new(&sequence), sequence });
+        let sequence = Sequence::new(properties, loader.clone(), &scene)?;
+        followed = Some(Follower::new(&sequence));
     }
-    let physics = physics(&scene, properties, opening);
+    let physics = physics(&scene, opening);
     Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics, followed })
 }
 
-/// Scene tree without camera, display and output.
-fn physics(scene: &Scene, mut tree: Table, opening: u64) -> Arc<str> {
-    // Gas that moves is seen by the camera as it was read.
-    let moves = |name: &str| tree.get(name).is_some_and(|own| own.value.to_string().contains("velocity = "));
-    if !moves("gas") && !moves("emission") {
-        tree.remove("camera");
-    }
-    for key in ["bookmark", "display", "instrument", "output", "name", "description"] {
-        tree.remove(key);
-    }
-    // Stars of a catalogue stand where it says.
-    if scene.background.catalogue.is_none() {
-        tree.remove("observation");
-    }
-    let roughly = if scene.is_rough { "roughly " } else { "" };
-    format!("{roughly}{opening}: {tree}").into()
+/// Fingerprint of all that a plan of a scene depends on but the camera, and of the opening of the document.
+fn physics(scene: &Scene, opening: u64) -> Fingerprint {
+    Digest::new("physics").integer(opening).part(scene.parts().physics()).finish()
 }
 
 /// The text as edits change it.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use barnard::camera::Camera;
 use barnard::scene::Scene;
+use spectra::fingerprint::Fingerprint;
 
 use crate::document::Document;
 
@@ -16,7 +17,7 @@ pub struct View {
     /// The scene that is seen; its camera does not count.
     pub scene: Arc<Scene>,
     /// Text without camera and display: equal texts share a plan.
-    pub physics: Arc<str>,
+    pub physics: Fingerprint,
     /// True if it is shown as the scene's instrument records the first view, of which it is.
     pub recorded: bool,
 }
@@ -24,7 +25,7 @@ pub struct View {
 impl View {
     /// The view of a document.
     pub fn of(document: &Document) -> Self {
-        Self { scene: document.scene().clone(), physics: document.physics().clone(), recorded: false }
+        Self { scene: document.scene().clone(), physics: document.physics(), recorded: false }
     }
 }
 

@@ -12,6 +12,7 @@ use barnard::plates::{Reach, binds_dust};
 use barnard::scene::Scene;
 use barnard::{Error, Plates, Result};
 use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
+use spectra::fingerprint::Fingerprint;
 
 use crate::exposure::Exposure;
 use crate::order::{Order, Quality, View};
@@ -44,7 +45,7 @@ const PLATED_STARS: usize = 12;
 /// State of one view between orders.
 #[derive(Default)]
 struct Stand {
-    preview: Option<(Arc<str>, Plan)>,
+    preview: Option<(Fingerprint, Plan)>,
     /// The back ends of previews and of settled pictures: each keeps its own plan on a device.
     quick: Option<Box<dyn Backend>>,
     slow: Option<Box<dyn Backend>>,
@@ -58,7 +59,7 @@ struct Stand {
 
 /// The last picture of a view.
 struct Last {
-    physics: Arc<str>,
+    physics: Fingerprint,
     recorded: bool,
     camera: Camera,
     quality: Quality,
@@ -361,7 +362,7 @@ impl Stand {
     fn previewed(&mut self, view: &View, scene: &Scene, options: &Options, control: &Control) -> Result<&Plan> {
         if self.preview.as_ref().is_none_or(|(physics, _)| *physics != view.physics) {
             let plan = Plan::preview(self.preview.as_ref().map(|(_, plan)| plan), scene, options, control)?;
-            self.preview = Some((view.physics.clone(), plan));
+            self.preview = Some((view.physics, plan));
         }
         let Some((_, plan)) = &mut self.preview else { return Err(Error::Interrupted) };
         plan.look_from(scene.camera.clone(), control)?;
@@ -369,13 +370,8 @@ impl Stand {
     }
 
     fn keep(&mut self, view: &View, camera: &Camera, quality: Quality, picture: &Picture) {
-        self.last = Some(Last {
-            physics: view.physics.clone(),
-            recorded: view.recorded,
-            camera: camera.clone(),
-            quality,
-            picture: picture.clone(),
-        });
+        self.last =
+            Some(Last { physics: view.physics, recorded: view.recorded, camera: camera.clone(), quality, picture: picture.clone() });
     }
 }
 

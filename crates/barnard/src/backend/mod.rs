@@ -31,7 +31,10 @@ use crate::error::{Error, Result};
 use crate::image::{Image, Samples};
 use crate::plan::ordinates::Sweeper;
 use crate::plan::{Options, Plan};
-use crate::scene::Scene;
+use crate::scene::{Part, Scene};
+
+/// Parts of a scene that its plan fixes, for any method and camera.
+const FIXED: [Part; 4] = [Part::Space, Part::Stars, Part::Spectra, Part::Amount];
 
 /// A render to be done: a scene, what it may take, and its plan once a back end asked for it.
 #[derive(Debug)]
@@ -54,14 +57,13 @@ impl<'a> Job<'a> {
     /// A scene whose plan is there already.
     ///
     /// # Errors
-    /// If the plan is made for other passbands.
+    /// If the plan was made of other densities, lights, passbands or dust.
     pub fn planned(scene: &'a Scene, options: &'a Options, plan: &'a Plan) -> Result<Self> {
-        let bands = || scene.bands.iter().map(|band| band.name());
-        let planned = || plan.spectral.bands.iter().map(|band| band.band.name());
-        if !bands().eq(planned()) {
-            let list = |names: Vec<&str>| names.join(", ");
-            let found = format!("{}; make a new plan", list(planned().collect()));
-            return Err(Error::mismatch("passbands of the plan", list(bands().collect()), found));
+        let differing: Vec<String> =
+            plan.parts.differing(&scene.parts()).iter().filter(|part| FIXED.contains(part)).map(Part::to_string).collect();
+        if !differing.is_empty() {
+            let problem = format!("the scene differs from that of its plan ({})", differing.join(", "));
+            return Err(Error::conflict(problem, "make a new plan"));
         }
         Ok(Self { scene, options, plan: OnceLock::from(Cow::Borrowed(plan)) })
     }

@@ -178,6 +178,7 @@ impl Draft<'_> {
             bounces: self.settings.method.bounces,
             sources: Sources::All,
             shining: None,
+            parts: self.scene.parts(),
         }
     }
 }

@@ -49,6 +49,7 @@ use crate::detail::FineDetail;
 use crate::error::Result;
 use crate::light::{Light, Part};
 use crate::points::Sources;
+use crate::scene::Parts;
 use crate::volume::Volume;
 
 /// Precomputed data of a scene for the fast back ends; copies share all large parts.
@@ -104,6 +105,8 @@ pub struct Plan {
     pub(crate) sources: Sources,
     /// For each light whether it shines; none where all do.
     pub(crate) shining: Option<Arc<[bool]>>,
+    /// Fingerprints of the scene that it was made of.
+    pub(crate) parts: Parts,
 }
 
 /// Samples between looks at whether a ray can end.
@@ -270,7 +273,9 @@ impl Plan {
     /// If there is no such star, a light field stands in place of its depths, or on interruption by the user; the plan
     /// is as before then.
     pub fn move_star(&mut self, star: usize, place: glam::DVec3, control: &Control) -> Result<()> {
-        Arc::make_mut(&mut self.space).move_star(star, place, control)
+        Arc::make_mut(&mut self.space).move_star(star, place, control)?;
+        self.parts = self.parts.with_stars(&self.space.stars);
+        Ok(())
     }
 
     /// All volumes that the march reads.

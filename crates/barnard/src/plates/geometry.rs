@@ -1,12 +1,12 @@
 //! Geometry of plates: places, densities and angles, as numbers that a scene of other spectra must share.
 
-use glam::DVec3;
+use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::rule::Node;
 
 use crate::error::{Error, Result};
-use crate::field::Field;
+use crate::field::fingerprint;
 use crate::light::law;
-use crate::scene::Scene;
+use crate::scene::{Part, Scene};
 
 /// Numbers that tell one thing of a scene, and what that is.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,12 +24,6 @@ pub struct Geometry {
     pub traits: Vec<Trait>,
 }
 
-/// Places of the image whose rays are compared, in parts of its edges.
-const PLACES_OF_RAYS: [(f64, f64); 5] = [(0.5, 0.5), (0.3, 0.4), (0.7, 0.35), (0.45, 0.75), (0.6, 0.6)];
-/// Places in a density's box at which it is asked.
-const PLACES: usize = 96;
-/// Angles at which a phase function is asked.
-const ANGLES: usize = 16;
 /// Rounding of numbers that are the same, of the largest of them.
 const SAME: f64 = 1e-9;
 
@@ -42,9 +36,7 @@ impl Geometry {
         let mut own = Self::default();
         let camera = &scene.camera;
         own.add("pixels of the camera", [camera.width, camera.height, camera.supersampling].map(|count| count as f64));
-        let rays = || PLACES_OF_RAYS.map(|(column, row)| camera.ray(column * camera.width as f64, row * camera.height as f64));
-        own.add("position of the camera", rays().into_iter().flat_map(|ray| ray.origin.to_array()));
-        own.add("directions of the camera", rays().into_iter().flat_map(|ray| ray.direction.to_array()));
+        own.add("camera", integers(scene.parts().get(Part::View)));
         own.add("positions of stars", scene.stars.iter().flat_map(|star| star.position.to_array()));
         own.add("visible stars", scene.stars.iter().map(|star| f64::from(u8::from(star.visible))));
         own.add("bounces", [scene.method.bounces as f64]);
@@ -52,12 +44,10 @@ impl Geometry {
             if binds_dust(scene) {
                 own.add("amount of dust", [dust.sigma_v_per_pc]);
             }
-            own.add("density of dust", density(&*dust.density));
-            let phase = |node: &Node| {
-                let cosine = |i: usize| -1.0 + 2.0 * i as f64 / (ANGLES - 1) as f64;
-                (0..ANGLES).map(move |i| dust.phase.at(cosine(i), node.lambda_um)).collect::<Vec<f64>>()
-            };
-            own.add("phase function", nodes.iter().flat_map(phase));
+            own.add("density of dust", integers(fingerprint(&*dust.density)));
+            let mut phase = Digest::new("phase");
+            dust.phase.content(&mut phase);
+            own.add("phase function", integers(phase.finish()));
             let again = scene.method.bounces > 1;
             if again || dust.phase.is_spectral() {
                 let law = law(scene)?;
@@ -68,7 +58,7 @@ impl Geometry {
             }
         }
         for (number, species) in scene.emission.iter().enumerate() {
-            own.add(format!("density of gas number {}", number + 1), density(&*species.density));
+            own.add(format!("density of gas number {}", number + 1), integers(fingerprint(&*species.density)));
         }
         if let Some(detail) = &scene.detail {
             let unsaid = |value: Option<f64>| value.unwrap_or(-1.0);
@@ -116,12 +106,7 @@ pub fn binds_dust(scene: &Scene) -> bool {
 
 const REMEDY: &str = "change only spectra, luminosities, passbands, albedo and the amount of dust, or make new plates";
 
-/// A density's box, and its values at places that are spread evenly over it.
-fn density(field: &dyn Field) -> Vec<f64> {
-    // Steps along the three axes by powers of the root of x⁴ = x + 1: Roberts 2018's sequence of low discrepancy.
-    const STEPS: DVec3 = DVec3::new(0.819_172_513_396_164_5, 0.671_043_606_703_789_3, 0.549_700_477_901_970_3);
-    let bounds = field.bounds();
-    let place = |i: usize| bounds.low + bounds.size() * (0.5 + i as f64 * STEPS).fract();
-    let corners = bounds.low.to_array().into_iter().chain(bounds.high.to_array());
-    corners.chain((0..PLACES).map(|i| field.at(place(i)))).collect()
+/// A fingerprint as numbers.
+fn integers(fingerprint: Fingerprint) -> [f64; 8] {
+    fingerprint.to_integers().map(f64::from)
 }

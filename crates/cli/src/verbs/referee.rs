@@ -5,21 +5,24 @@ use std::time::Instant;
 
 use anyhow::bail;
 use barnard::Error;
-use barnard::backend::path::{self, Film, Options};
+use barnard::backend::path::{self, Film};
 use barnard::control::Control;
 use barnard::image::Image;
+use barnard::properties::Value;
 use barnard::scene::Scene;
+use barnard_files::Change;
 use barnard_files::formats::check_replaceable;
 use clap::Args;
 
 use crate::progress;
+use crate::source::change;
 
 /// Settings of the path tracer.
 #[derive(Args)]
 pub struct Referee {
     /// Paths per pixel and band, for --backend path (default: 64)
     #[arg(long, value_name = "N")]
-    samples: Option<u64>,
+    samples: Option<i64>,
     /// Relative standard error of the worst band at which --backend path stops, such as 0.01
     #[arg(long, value_name = "X")]
     target_error: Option<f64>,
@@ -28,12 +31,9 @@ pub struct Referee {
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// Seed of --backend path (default: 1)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
-    seed: Option<u64>,
+    #[arg(long, value_name = "N")]
+    seed: Option<i64>,
 }
-
-/// Most paths of a pixel: their number is exact in a double.
-const MAX: u64 = 1 << 40;
 
 impl Referee {
     /// True if any of the settings was given.
@@ -46,28 +46,28 @@ impl Referee {
         self.state.is_some()
     }
 
-    fn options(&self) -> anyhow::Result<Options> {
-        let defaults = Options::default();
-        let (samples, seed) = (self.samples.unwrap_or(defaults.samples), self.seed.unwrap_or(defaults.seed));
-        let options = defaults.with_samples(samples).with_target_error(self.target_error).with_seed(seed);
-        if !(1..=MAX).contains(&options.samples) {
-            bail!("--samples {} is out of range; give a number from 1 to {MAX}", options.samples);
+    /// The flags that stand for keys of the scene, as changes of those keys.
+    pub fn changes(&self) -> Vec<Change> {
+        let flags = [
+            change("method.path.samples", self.samples.map(Value::Integer)),
+            change("method.path.target_error", self.target_error.map(Value::Number)),
+            change("method.path.seed", self.seed.map(Value::Integer)),
+        ];
+        flags.into_iter().flatten().collect()
+    }
+
+    fn check_state(&self) -> anyhow::Result<()> {
+        let Some(state) = &self.state else { return Ok(()) };
+        if state.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npz")) {
+            bail!("--state {}: the file name must end with .npz", state.display());
         }
-        if let Some(target) = options.target_error.filter(|t| !(1e-6..1.0).contains(t)) {
-            bail!("--target-error {target} is out of range; give a number from 1e-6 to 1");
-        }
-        if let Some(state) = &self.state {
-            if state.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npz")) {
-                bail!("--state {}: the file name must end with .npz", state.display());
-            }
-            check_replaceable(state)?;
-        }
-        Ok(options)
+        Ok(check_replaceable(state)?)
     }
 
     /// Follows paths until enough is known, or Ctrl-C: what is done until then is kept.
     pub fn render(&self, scene: &Scene, memory_limit: u64) -> anyhow::Result<Image> {
-        let options = self.options()?;
+        self.check_state()?;
+        let options = scene.method.backends.path;
         path::check_memory(scene, memory_limit)?;
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;

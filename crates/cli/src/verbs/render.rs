@@ -6,19 +6,21 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::bail;
-use barnard::backend::reference::{self, Reference};
+use barnard::backend::reference::Reference;
 use barnard::backend::{Backend, Job, RenderStats};
 use barnard::composite::joined;
 use barnard::control::Control;
 use barnard::image::{Image, LayerChoice};
 use barnard::plan::{Options, Plan};
 use barnard::points;
+use barnard::properties::Value;
 use barnard::scene::Scene;
+use barnard_files::Change;
 use barnard_files::formats::check_writable;
 use clap::Args;
 
 use crate::backends::{names, registry};
-use crate::source::SceneArgs;
+use crate::source::{SceneArgs, change};
 use crate::verbs::frames::{FrameArgs, Shoot};
 use crate::verbs::referee::Referee;
 use crate::{IS_VERBOSE, counted, outputs, progress};
@@ -74,7 +76,7 @@ impl Render {
                 None => check_writable(path)?,
             }
         }
-        let (scene, options) = self.scene.load_for(&self.backend)?;
+        let (scene, options) = self.scene.load_with(&self.backend, self.changes())?;
         outputs::check(&self.output, &scene.camera)?;
         let scene = outputs::layered(scene, self.layers, &self.output, options.memory_limit)?;
         crate::verbs::refuse_inputs(&scene, &self.output)?;
@@ -104,13 +106,13 @@ impl Render {
         if !registry().named(&self.backend)?.planned {
             bail!("--frames is not supported by --backend {}; use cpu or gpu", self.backend);
         }
-        let (file, mut options) = self.scene.open_for(&self.backend)?;
+        let (file, mut options) = self.scene.open_with(&self.backend, self.changes())?;
         let sequence = file.sequence()?;
         if self.scene.bookmark.is_some() && file.scene.timeline.as_ref().is_some_and(|timeline| timeline.moves_camera()) {
             bail!("--bookmark conflicts with the scene's camera path; remove one");
         }
         let mut backend = self.open(&file.scene)?;
-        options.sweeper = backend.sweeper().filter(|_| self.scene.bounces.unwrap_or(file.scene.method.bounces) > 1);
+        options.sweeper = backend.sweeper().filter(|_| file.scene.method.bounces > 1);
         let identity = format!("{}{}", barnard_files::toml::text(file.tree()), self.scene.overrides());
         let mut march = |scene: &Scene, plan: &Plan, control: &Control| {
             let done = backend.render(&Job::planned(scene, &options, plan)?, control);
@@ -151,7 +153,7 @@ impl Render {
         }
         let control = progress::control()?;
         let start = Instant::now();
-        let accuracy = self.scene.accuracy.unwrap_or(reference::DEFAULT_ACCURACY);
+        let accuracy = scene.method.backends.reference_accuracy;
         let (image, stats) = Reference { accuracy }.render(&Job::new(scene, options)?, &control)?;
         detail!("{:.0} rays/s", stats.rays as f64 / start.elapsed().as_secs_f64());
         Ok((image, Some(format!("{accuracy:e} of each pixel"))))
@@ -185,12 +187,13 @@ impl Render {
     }
 
     fn open(&self, scene: &Scene) -> anyhow::Result<Box<dyn Backend>> {
-        #[cfg(feature = "gpu")]
-        if self.on_the_fly {
-            let tuning = barnard_gpu::Tuning { on_the_fly: true, ..barnard_gpu::Tuning::default() };
-            return Ok(Box::new(barnard_gpu::OnDevice::open(tuning).map_err(barnard::Error::from)?));
-        }
         Ok((registry().named(&self.backend)?.open)(scene)?)
+    }
+
+    /// The flags that stand for keys of the scene, as changes of those keys.
+    fn changes(&self) -> Vec<Change> {
+        let on_the_fly = change("method.gpu.on_the_fly", self.on_the_fly.then_some(Value::Flag(true)));
+        self.referee.changes().into_iter().chain(on_the_fly).collect()
     }
 }
 

@@ -116,9 +116,9 @@ fn settings_of_other_back_ends_are_refused() {
     refused(&["--backend", "reference", "--bounces", "2"], &["bounces = 1"]);
     refused(&["--samples", "4"], &["--backend path"]);
     refused(&["--backend", "path", "--steps", "4"], &["--steps", "--samples"]);
-    refused(&["--backend", "path", "--samples", "0"], &["--samples 0"]);
-    refused(&["--backend", "path", "--bounces", "0"], &["--bounces 0"]);
-    refused(&["--backend", "path", "--target-error", "nan"], &["--target-error NaN"]);
+    refused(&["--backend", "path", "--samples", "0"], &["between 1 and 1e12", "method.path.samples"]);
+    refused(&["--backend", "path", "--bounces", "0"], &["between 1 and 1000", "method.bounces"]);
+    refused(&["--backend", "path", "--target-error", "nan"], &["NaN", "method.path.target_error"]);
 }
 
 #[test]

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use spectra::error::nearest;
 use spectra::units::{Angle, Length, Quantity, Time};
 
-use super::path::KEY;
 use crate::data::{Inputs, TextTable};
 use crate::error::{Error, Result};
-use crate::properties::{Key, KeyRow, Numbers, Origin, Place, Position, Required, Section, Value};
+use crate::properties::{Key, KeyRow, Numbers, Origin, Place, Position, Required, Section, Tables, Value};
 
+pub(super) const KEY: Key<Tables> = Key::tables("key", "two or more keyframes, [[camera.path.key]], unless a file is given");
 const TIME: Key<Time, Required> = Key::quantity::<Time>("time", "time of the keyframe").required();
 const POSITION: Key<Position> = Key::position("position", "position of the observer").otherwise("interpolated");
 const TARGET: Key<Position> = Key::position("target", "target of the view").otherwise("interpolated");

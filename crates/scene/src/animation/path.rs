@@ -9,14 +9,13 @@ use glam::{DQuat, DVec3};
 use spectra::units::{Length, Time};
 
 use super::curve::{Curve, Interpolation};
-use super::keyframes::Keyframes;
+use super::keyframes::{KEY, Keyframes};
 use super::track::Track;
 use crate::camera::{KINDS, POSITION, TARGET};
 use crate::data::{InputNote, Inputs};
 use crate::error::Result;
-use crate::properties::{Choice, Flag, Key, KeyRow, OrDefault, Path, Property, Section, Table, Tables, Value};
+use crate::properties::{Choice, Flag, Key, KeyRow, OrDefault, Path, Property, Section, Table, Value};
 
-pub(super) const KEY: Key<Tables> = Key::tables("key", "two or more keyframes, [[camera.path.key]], unless a file is given");
 const FILE: Key<Path> =
     Key::path("file", "file of keyframes: CSV, Gaia Sky camera path (.gsc), or the first animated camera of a glTF (.gltf, .glb)")
         .excludes("key");

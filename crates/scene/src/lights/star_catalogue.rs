@@ -7,9 +7,10 @@
 //!
 //! and w is chosen for its magnitude in a second passband, or linear in the logarithm of its temperature.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, DVec3};
+use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::passband::Passband;
 use spectra::sed::{BlackBody, MagnitudeSystem, zero_point};
 use spectra::spectrum::{Shape, Spectrum};
@@ -56,6 +57,7 @@ pub struct StarCatalogue {
     pub stars: Vec<CatalogueStar>,
     /// Number of stars whose colour is outside of the black-body ladder; they have the nearest one.
     pub beyond: usize,
+    hash: OnceLock<Fingerprint>,
 }
 
 /// A catalogue and how it lies around a scene.
@@ -231,11 +233,24 @@ impl Builder {
         // A share of nothing is of any class.
         stars.iter_mut().flat_map(|star| &mut star.shares).filter(|(class, _)| *class == usize::MAX).for_each(|(class, _)| *class = 0);
         stars.sort_by(|a, b| b.gain().total_cmp(&a.gain()));
-        StarCatalogue { label, classes, stars, beyond }
+        StarCatalogue { label, classes, stars, beyond, hash: OnceLock::new() }
     }
 }
 
 impl StarCatalogue {
+    /// Fingerprint of all stars, computed once.
+    pub fn fingerprint(&self) -> Fingerprint {
+        let computed = || {
+            let mut digest = Digest::new("catalogue");
+            digest.plain(&self.stars);
+            for class in &self.classes {
+                digest.part(class.spectrum.fingerprint());
+            }
+            digest.finish()
+        };
+        *self.hash.get_or_init(computed)
+    }
+
     /// Notes in a picture.
     pub(crate) fn note(&self) -> String {
         let beyond = match self.beyond {

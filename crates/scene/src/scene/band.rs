@@ -8,7 +8,9 @@ use spectra::units::Wavelength;
 use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::Result;
-use crate::properties::{Choice, Choices, Key, KeyRow, Kind, Numbers, OrDefault, Path, Required, Section, Text, Texts, build_kind_with};
+use crate::properties::{
+    Choice, Choices, Key, KeyRow, Kind, Numbers, OrDefault, Part, Path, Required, Section, Text, Texts, build_kind_with,
+};
 
 /// Most characters of a name: those of a text in a FITS header, less those of the suffix of error planes.
 const LONGEST_NAME: usize = 60;
@@ -117,8 +119,11 @@ pub(super) const KINDS: &[Kind<Named>] = &[
 ];
 
 /// Passband sets and embedded passbands of a scene.
-pub(super) const BANDS: Key<Texts> =
-    Key::texts("bands", "a set of passbands, or a list of embedded ones").otherwise("johnson").of("passband-sets").example("\"johnson\"");
+pub(super) const BANDS: Key<Texts> = Key::texts("bands", "a set of passbands, or a list of embedded ones")
+    .otherwise("johnson")
+    .of("passband-sets")
+    .example("\"johnson\"")
+    .affects(&[Part::Spectra, Part::Display]);
 
 fn analytic(shape: Window) -> Result<Named> {
     Ok(Box::new(move |name, counting| window(name, counting, shape)))
@@ -168,8 +173,4 @@ fn named(root: &Section, names: &[&str]) -> Result<Vec<Passband>> {
         }
     }
     Ok(bands)
-}
-/// Passbands as a text that is the same for the same ones.
-pub(super) fn said(bands: &[Passband]) -> String {
-    bands.iter().map(|band| format!("{} {:?} {:e}", band.name(), band.support_um(), band.pivot().0)).collect::<Vec<_>>().join("; ")
 }

@@ -10,7 +10,7 @@ use super::{Fields, Loader};
 use crate::error::{Error, Result};
 use crate::field::{Field, IntoField, grams_per_h, mass_per_h};
 use crate::phase::{self, IntoPhase, Isotropic, Phase};
-use crate::properties::{Entry, Formula, Key, KeyRow, Number, OrDefault, Required, Section, SubTable, Text, Type, ValueType};
+use crate::properties::{Entry, Formula, Key, KeyRow, Number, OrDefault, Part, Required, Section, SubTable, Text, Type, ValueType};
 
 /// Extinction coefficient at V per unit of density.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,16 +84,20 @@ impl Dust {
     }
 }
 
-pub(super) const DENSITY: Key<Formula, Required> =
-    Key::formula("density", "density, an expression of fields such as \"cloud\" or \"n_H * (1 - x_ion)\"").required();
+const DENSITY: Key<Formula, Required> =
+    Key::formula("density", "density, an expression of fields such as \"cloud\" or \"n_H * (1 - x_ion)\"")
+        .required()
+        .affects(&[Part::Space]);
 const SCALE: Key<ExtinctionScale, Required> = Key::<ExtinctionScale>::new(
     "scale",
     "extinction at density 1: per length (A_V of \"2 mag/pc\", depth of \"4 /pc\"), or for a density in cm-3 per hydrogen column (\"5.32e-22 mag cm2\") or mass column (\"200 cm2/g\", with mass_per_h)",
 )
 .not_negative()
-.required();
+.required()
+.affects(&[Part::Amount]);
 const MASS_PER_H: Key<Number> = mass_per_h("mass per hydrogen nucleus in hydrogen masses, for a scale per gram: 1.4 for all of the gas")
-    .required_for("a scale per mass");
+    .required_for("a scale per mass")
+    .affects(&[Part::Amount]);
 const LAW: Key<Text, OrDefault> = Key::text("law", "extinction law").default("draine03_rv31").of("laws");
 const R_V: Key<Number, OrDefault> = Key::number("r_v", "A(V)/E(B-V), for laws with this parameter").range(0.0..=100.0).default(3.1);
 const PHASE: Key<SubTable> = Key::table("phase", "angular distribution of scattered light").otherwise("isotropic");

@@ -8,12 +8,12 @@ use spectra::sed::PowerLaw;
 use spectra::spectrum::{Line, Spectrum};
 use spectra::units::{Emissivity, NumberDensity, Temperature, Velocity, Wavelength};
 
-use super::{Fields, Loader, motion};
+use super::{Fields, Loader, fields, motion};
 use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::field::{Field, IntoField};
-use crate::properties::{Formula, Key, KeyRow, Kind, Number, OrDefault, Path, Required, Section, Tables, Text, build_kind_with};
+use crate::properties::{Formula, Key, KeyRow, Kind, Number, OrDefault, Part, Path, Required, Section, Tables, Text, build_kind_with};
 
 /// One species of glowing gas.
 #[derive(Debug, Clone)]
@@ -85,7 +85,8 @@ const DENSITY_OF_CONTINUUM: Key<NumberDensity, Required> =
 const LIST: Key<Text, Required> = Key::text("list", "name in the catalogue `line-lists`").required().of("line-lists");
 const FILE: Key<Path, Required> = Key::path("file", "text, ECSV, VOTable or FITS table of wavelength and strength per nm").required();
 const NAME: Key<Text> = Key::text("name", "its name").otherwise("emission N");
-const DENSITY: Key<Formula, Required> = Key::formula("density", "density, an expression of fields such as \"n_H^2 * x_ion^2\"").required();
+const DENSITY: Key<Formula, Required> =
+    Key::formula("density", "density, an expression of fields such as \"n_H^2 * x_ion^2\"").required().affects(&[Part::Space]);
 const DOPPLER_FWHM: Key<Velocity, OrDefault> = doppler_fwhm("full width at half maximum of the lines").default("0 km/s");
 
 pub(super) const KINDS: &[Kind<Spectrum>] = &[
@@ -136,7 +137,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
 ];
 
 /// The keys that every species takes.
-pub(super) const KEYS: &[KeyRow] = &[NAME.row, DENSITY.row, DOPPLER_FWHM.row, motion::VELOCITY.row, motion::STEP.row];
+pub(super) const KEYS: &[KeyRow] = &[NAME.row, DENSITY.row, DOPPLER_FWHM.row, fields::VELOCITY.row, motion::STEP.row];
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {
     let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, &loader.inputs)?;

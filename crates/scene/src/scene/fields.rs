@@ -5,13 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use spectra::SpectraError;
+use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Loader;
-use super::dust::DENSITY;
-use super::motion::VELOCITY;
 use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
-use crate::properties::{Formula, Key, KeyRow, Kind, KindRow, Required, Section, chosen};
+use crate::properties::{Formula, Key, KeyRow, Kind, KindRow, Part, Required, Section, Texts, chosen};
 
 const FORMULA: Key<Formula, Required> = Key::formula(
     "formula",
@@ -22,6 +21,18 @@ const FORMULA: Key<Formula, Required> = Key::formula(
 /// A field that other fields make.
 const EXPRESSION: KindRow =
     KindRow { name: "expression", summary: "expression of other fields, shared by several densities", keys: &[FORMULA.row] };
+
+/// Velocity of gas.
+pub(super) const VELOCITY: Key<Texts> = Key::texts(
+    "velocity",
+    "velocity along x, y and z in km/s, three expressions such as [\"20*x\", \"20*y\", \"20*z\"]; lines are Doppler-shifted as seen from the scene's camera",
+)
+.otherwise("at rest")
+.example("[\"0\", \"0\", \"20*z\"]")
+    .affects(&[Part::Space, Part::Spectra]);
+
+/// The density of dust or gas, in any table that has one.
+const DENSITY: Key<Formula> = Key::formula("density", "density");
 
 /// All kinds of field that a scene may name.
 pub(super) fn kinds() -> Vec<KindRow> {
@@ -50,8 +61,8 @@ impl Default for MadeOf {
 /// were made of.
 struct Named<'a> {
     section: Section<'a>,
-    /// The text by which the loader knows it.
-    said: String,
+    /// Fingerprint by which the loader knows it.
+    content: Fingerprint,
     made: OnceCell<Arc<dyn Field>>,
 }
 
@@ -100,8 +111,8 @@ fn check_formulas(root: &Section) -> Result<()> {
 pub struct Fields<'a> {
     named: BTreeMap<String, Named<'a>>,
     loader: &'a Loader,
-    /// Scene settings common to all of them.
-    said: String,
+    /// Fingerprint of all of them.
+    content: Fingerprint,
     /// The names of those that are made roughly.
     rough: BTreeSet<String>,
     /// How many fields each expression is made of in all, those of its fields included, and how deep it is nested; others are of
@@ -116,7 +127,7 @@ impl<'a> Fields<'a> {
         let mut fields = Self {
             named: BTreeMap::new(),
             loader,
-            said: String::new(),
+            content: Digest::new("fields").finish(),
             rough: BTreeSet::new(),
             made_of: BTreeMap::new(),
             uses_rough: Cell::new(false),
@@ -130,24 +141,24 @@ impl<'a> Fields<'a> {
                 expressions.insert(name, (section, needs));
                 continue;
             }
-            let said = section.canonical();
-            fields.said += &format!("[{name}] {said}");
-            if loader.makes_roughly(&said, field::takes_long(&section)) {
+            let content = section.fingerprint();
+            fields.extend(name, content);
+            if loader.makes_roughly(content, field::takes_long(&section)) {
                 fields.rough.insert(name.to_owned());
             }
-            fields.add(name, section, said)?;
+            fields.add(name, section, content)?;
         }
         fields.add_expressions(expressions)?;
         Ok(fields)
     }
 
     /// Adds a field, which is made at once where it never was before; whether it is a grid is told.
-    fn add(&mut self, name: &str, section: Section<'a>, said: String) -> Result<bool> {
-        let own = Named { section, said, made: OnceCell::new() };
-        let is_grid = match self.loader.is_grid(&own.said) {
+    fn add(&mut self, name: &str, section: Section<'a>, content: Fingerprint) -> Result<bool> {
+        let own = Named { section, content, made: OnceCell::new() };
+        let is_grid = match self.loader.is_grid(content) {
             Some(is_grid) => {
                 // What somebody holds is held from now on.
-                if let Some(field) = self.loader.known_field(&own.said) {
+                if let Some(field) = self.loader.known_field(content) {
                     own.made.get_or_init(|| field);
                 }
                 is_grid
@@ -155,7 +166,7 @@ impl<'a> Fields<'a> {
             None => {
                 let field = self.make(&own)?;
                 let is_grid = field.grid().is_some();
-                self.loader.remember(&own.said, is_grid);
+                self.loader.remember(content, is_grid);
                 own.made.get_or_init(|| field);
                 is_grid
             }
@@ -166,10 +177,10 @@ impl<'a> Fields<'a> {
 
     /// Makes a named field; the loader may hold it.
     fn make(&self, own: &Named) -> Result<Arc<dyn Field>> {
-        let Named { section, said, .. } = own;
+        let Named { section, content, .. } = own;
         match own.is_expression() {
-            true => self.made(section, &FORMULA, said),
-            false => self.loader.long_field(said, field::takes_long(section), |inputs| field::build(section, inputs)),
+            true => self.made(section, &FORMULA, *content),
+            false => self.loader.long_field(*content, field::takes_long(section), |inputs| field::build(section, inputs)),
         }
     }
 
@@ -187,13 +198,13 @@ impl<'a> Fields<'a> {
             }
             for name in ready {
                 if let Some((section, needs)) = left.remove(name) {
-                    let said = self.said_of(section.read(&FORMULA)?);
-                    if self.makes_roughly(&needs, &said) {
+                    let content = self.of_formula(section.read(&FORMULA)?);
+                    if self.makes_roughly(&needs, content) {
                         self.rough.insert(name.to_owned());
                     }
-                    let is_grid = self.add(name, section.clone(), said)?;
+                    let is_grid = self.add(name, section.clone(), content)?;
                     self.check_nested(name, &needs, is_grid, &section)?;
-                    self.said += &format!("[{name}] {}", section.canonical());
+                    self.extend(name, section.fingerprint());
                 }
             }
         }
@@ -225,9 +236,13 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    /// Scene settings common to all of them.
-    pub(super) fn said(&self) -> &str {
-        &self.said
+    /// Fingerprint of all of them.
+    pub(super) fn fingerprint(&self) -> Fingerprint {
+        self.content
+    }
+
+    fn extend(&mut self, name: &str, content: Fingerprint) {
+        self.content = Digest::new("fields").part(self.content).text(name).part(content).finish();
     }
 
     /// True if a field was asked for that is made roughly.
@@ -241,9 +256,9 @@ impl<'a> Fields<'a> {
     /// If it is no expression of fields that there are, or what it gives is no density.
     pub fn expression(&self, section: &Section, key: &Key<Formula, Required>) -> Result<Arc<dyn Field>> {
         let formula = section.read(key)?;
-        let said = self.said_of(formula);
-        let is_rough = self.makes_roughly(&Expression::names(formula).unwrap_or_default(), &said);
-        let field = self.made(section, key, &said)?;
+        let content = self.of_formula(formula);
+        let is_rough = self.makes_roughly(&Expression::names(formula).unwrap_or_default(), content);
+        let field = self.made(section, key, content)?;
         self.uses_rough.set(self.uses_rough.get() | is_rough);
         Ok(field)
     }
@@ -274,22 +289,22 @@ impl<'a> Fields<'a> {
         if self.loader.control.interrupted() { Error::Interrupted } else { section.error(key, message) }
     }
 
-    /// The text by which the loader knows an expression of the fields so far.
-    fn said_of(&self, formula: &str) -> String {
-        format!("{formula} of {}", self.said)
+    /// Fingerprint by which the loader knows an expression of the fields so far.
+    fn of_formula(&self, formula: &str) -> Fingerprint {
+        Digest::new("expression").text(formula).part(self.content).finish()
     }
 
     /// True if an expression of some fields is made roughly, since one of them is.
-    fn makes_roughly(&self, names: &[String], said: &str) -> bool {
-        self.loader.makes_roughly(said, names.iter().any(|name| self.rough.contains(name)))
+    fn makes_roughly(&self, names: &[String], content: Fingerprint) -> bool {
+        self.loader.makes_roughly(content, names.iter().any(|name| self.rough.contains(name)))
     }
 
-    /// The field that the expression under `key` is, which the loader knows by a text.
-    fn made(&self, section: &Section, key: &Key<Formula, Required>, said: &str) -> Result<Arc<dyn Field>> {
+    /// The field that the expression under `key` is, which the loader knows by a fingerprint.
+    fn made(&self, section: &Section, key: &Key<Formula, Required>, content: Fingerprint) -> Result<Arc<dyn Field>> {
         let formula = section.read(key)?;
         let lookup = |name: &str| self.named(name);
         let is_long = Expression::names(formula).is_ok_and(|names| names.iter().any(|name| self.rough.contains(name)));
-        self.loader.long_field(said, is_long, |inputs| {
+        self.loader.long_field(content, is_long, |inputs| {
             let expression = Expression::parse(formula, lookup).map_err(|message| self.wrong(section, key, message))?;
             let field = section.wrap(key, expression.into_field(inputs.memory_limit, &self.loader.control))?;
             if let Some(grid) = field.grid() {

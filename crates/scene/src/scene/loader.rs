@@ -1,9 +1,10 @@
-//! Cache between readings of a scene: fields and stars whose words did not change.
+//! Cache between readings of a scene: fields, stars and gas whose inputs did not change.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 
 use ionisation::tracer::RayTracer;
+use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Star;
 use super::gas::ionised::IonisedGas;
@@ -21,17 +22,17 @@ const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
 const MAX_GAS: usize = 4;
 
-/// Cached results of texts, the latest last.
-type Kept<T> = Arc<Mutex<VecDeque<(String, Arc<T>)>>>;
+/// Cached results by the fingerprint of their inputs, the latest last.
+type Kept<T> = Arc<Mutex<VecDeque<(Fingerprint, Arc<T>)>>>;
 
 /// Inputs of a scene and a cache of what was read; clones share it.
 #[derive(Debug, Clone)]
 pub struct Loader {
     /// Access to the files that the scene names.
     pub inputs: Inputs,
-    fields: Arc<Mutex<HashMap<String, Weak<dyn Field>>>>,
+    fields: Arc<Mutex<HashMap<Fingerprint, Weak<dyn Field>>>>,
     /// Of fields that were made, whether they are grids.
-    grids: Arc<Mutex<HashMap<String, bool>>>,
+    grids: Arc<Mutex<HashMap<Fingerprint, bool>>>,
     stars: Kept<Vec<Star>>,
     catalogues: Kept<StarCatalogue>,
     gas: Kept<IonisedGas>,
@@ -106,89 +107,94 @@ impl Loader {
         Self { is_rough: true, ..self.clone() }
     }
 
-    /// The field that `text` describes: the same one as before, as long as somebody holds it, or a new one. Files are
+    /// The field that `content` describes: the same one as before, as long as somebody holds it, or a new one. Files are
     /// not read again for it.
-    fn field(&self, text: &str, build: impl FnOnce() -> Result<Arc<dyn Field>>) -> Result<Arc<dyn Field>> {
-        if let Some(field) = self.known_field(text) {
+    fn field(&self, content: Fingerprint, build: impl FnOnce() -> Result<Arc<dyn Field>>) -> Result<Arc<dyn Field>> {
+        if let Some(field) = self.known_field(content) {
             return Ok(field);
         }
         self.control.check()?;
         let field = build()?;
         if let Ok(mut fields) = self.fields.lock() {
             fields.retain(|_, field| field.strong_count() > 0);
-            fields.insert(text.to_owned(), Arc::downgrade(&field));
+            fields.insert(content, Arc::downgrade(&field));
         }
         Ok(field)
     }
 
-    /// The field that `text` describes, as long as somebody holds it.
-    pub(super) fn known_field(&self, text: &str) -> Option<Arc<dyn Field>> {
-        self.fields.lock().ok().and_then(|fields| fields.get(text).and_then(Weak::upgrade))
+    /// The field that `content` describes, as long as somebody holds it.
+    pub(super) fn known_field(&self, content: Fingerprint) -> Option<Arc<dyn Field>> {
+        self.fields.lock().ok().and_then(|fields| fields.get(&content).and_then(Weak::upgrade))
     }
 
     /// Variant for a field that may take `long`, which may be [made roughly](Self::makes_roughly).
     pub(super) fn long_field(
         &self,
-        text: &str,
+        content: Fingerprint,
         long: bool,
         build: impl FnOnce(&Inputs) -> Result<Arc<dyn Field>>,
     ) -> Result<Arc<dyn Field>> {
-        if !self.makes_roughly(text, long) {
-            return self.field(text, || build(&self.inputs));
+        if !self.makes_roughly(content, long) {
+            return self.field(content, || build(&self.inputs));
         }
         let mut inputs = self.inputs.clone();
         inputs.is_rough = true;
-        self.field(&format!("roughly {text}"), || build(&inputs))
+        self.field(Digest::new("roughly").part(content).finish(), || build(&inputs))
     }
 
     /// True if a field that may take `long` is made roughly: where it is not known yet, and the reading is a rough one.
-    pub(super) fn makes_roughly(&self, text: &str, long: bool) -> bool {
-        long && self.is_rough && self.known_field(text).is_none()
+    pub(super) fn makes_roughly(&self, content: Fingerprint, long: bool) -> bool {
+        long && self.is_rough && self.known_field(content).is_none()
     }
 
-    /// True if the field that `text` describes, which was made once, is a grid; nothing where none was.
-    pub(super) fn is_grid(&self, text: &str) -> Option<bool> {
-        self.grids.lock().ok().and_then(|grids| grids.get(text).copied())
+    /// True if the field that `content` describes, which was made once, is a grid; nothing where none was.
+    pub(super) fn is_grid(&self, content: Fingerprint) -> Option<bool> {
+        self.grids.lock().ok().and_then(|grids| grids.get(&content).copied())
     }
 
-    /// Remembers that the field that `text` describes could be made.
-    pub(super) fn remember(&self, text: &str, is_grid: bool) {
+    /// Remembers that the field that `content` describes could be made.
+    pub(super) fn remember(&self, content: Fingerprint, is_grid: bool) {
         if let Ok(mut grids) = self.grids.lock() {
             if grids.len() >= MAX_REMEMBERED {
                 grids.clear();
             }
-            grids.insert(text.to_owned(), is_grid);
+            grids.insert(content, is_grid);
         }
     }
 
-    /// The stars of the table that `text` describes: those of before, or new ones. The file is not read again for it.
-    pub(super) fn stars(&self, text: &str, build: impl FnOnce() -> Result<Vec<Star>>) -> Result<Arc<Vec<Star>>> {
-        kept(&self.stars, MAX_TABLES, text, build)
+    /// The stars of the table that `content` describes: those of before, or new ones. The file is not read again for it.
+    pub(super) fn stars(&self, content: Fingerprint, build: impl FnOnce() -> Result<Vec<Star>>) -> Result<Arc<Vec<Star>>> {
+        kept(&self.stars, MAX_TABLES, content, build)
     }
 
-    /// The stars of the catalogue that `text` describes: those of before, or read anew.
-    pub(super) fn catalogue(&self, text: &str, build: impl FnOnce() -> Result<StarCatalogue>) -> Result<Arc<StarCatalogue>> {
-        kept(&self.catalogues, 1, text, build)
+    /// The stars of the catalogue that `content` describes: those of before, or read anew.
+    pub(super) fn catalogue(&self, content: Fingerprint, build: impl FnOnce() -> Result<StarCatalogue>) -> Result<Arc<StarCatalogue>> {
+        kept(&self.catalogues, 1, content, build)
     }
 
-    /// Ionised state of the gas that `text` describes: that of before, or anew.
-    pub(super) fn gas(&self, text: &str, build: impl FnOnce() -> Result<IonisedGas>) -> Result<Arc<IonisedGas>> {
-        match known(&self.gas, text) {
+    /// Ionised state of the gas that `content` describes: that of before, or anew.
+    pub(super) fn gas(&self, content: Fingerprint, build: impl FnOnce() -> Result<IonisedGas>) -> Result<Arc<IonisedGas>> {
+        match known(&self.gas, content) {
             Some(gas) => Ok(gas),
-            None if self.is_rough => kept(&self.rough_gas, 1, text, build),
-            None => kept(&self.gas, MAX_GAS, text, build),
+            None if self.is_rough => kept(&self.rough_gas, 1, content, build),
+            None => kept(&self.gas, MAX_GAS, content, build),
         }
     }
 }
 
-/// Cached result of a text.
-fn known<T>(all: &Mutex<VecDeque<(String, Arc<T>)>>, text: &str) -> Option<Arc<T>> {
-    all.lock().ok().and_then(|all| all.iter().find(|(of, _)| of == text).map(|(_, kept)| kept.clone()))
+/// Cached result of some content.
+fn known<T>(all: &Mutex<VecDeque<(Fingerprint, Arc<T>)>>, content: Fingerprint) -> Option<Arc<T>> {
+    all.lock().ok().and_then(|all| all.iter().find(|(of, _)| *of == content).map(|(_, kept)| kept.clone()))
 }
 
-/// Cached or new result of a text; the cache is bounded.
-fn kept<T>(all: &Mutex<VecDeque<(String, Arc<T>)>>, most: usize, text: &str, build: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
-    if let Some(kept) = known(all, text) {
+/// Cached or new result of some content; the cache is bounded.
+fn kept<T>(
+    all: &Mutex<VecDeque<(Fingerprint, Arc<T>)>>,
+    most: usize,
+    content: Fingerprint,
+    build: impl FnOnce() -> Result<T>,
+) -> Result<Arc<T>> {
+    if let Some(kept) = known(all, content) {
         return Ok(kept);
     }
     let built = Arc::new(build()?);
@@ -196,7 +202,7 @@ fn kept<T>(all: &Mutex<VecDeque<(String, Arc<T>)>>, most: usize, text: &str, bui
         while all.len() >= most {
             all.pop_front();
         }
-        all.push_back((text.to_owned(), built.clone()));
+        all.push_back((content, built.clone()));
     }
     Ok(built)
 }

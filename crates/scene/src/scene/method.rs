@@ -5,6 +5,7 @@ use spectra::polynomial::MAX_DEGREE;
 use spectra::rule::{RULES, RuleEntry, Settings};
 use spectra::units::Wavelength;
 
+use super::backends::{self, BackendOptions};
 use crate::error::{Error, Result};
 use crate::properties::{Choice, Choices, Integer, Key, KeyRow, Number, OrDefault, Quantities, Section, Text};
 use crate::stored::Precision;
@@ -126,6 +127,8 @@ pub struct Method {
     /// Stars that are marched one by one, the brightest; the light of the others is gathered. By their number and light
     /// otherwise.
     pub exact_stars: Option<usize>,
+    /// Options of single back ends.
+    pub backends: BackendOptions,
 }
 
 /// Most samples a ray that may be asked for.
@@ -155,6 +158,7 @@ impl Default for Method {
             sparse: Sparsity::Auto,
             bounces: 1,
             exact_stars: None,
+            backends: BackendOptions::default(),
         }
     }
 }
@@ -269,6 +273,9 @@ pub(super) const KEYS: &[KeyRow] = &[
     SPARSE.row,
     BOUNCES.row,
     EXACT_STARS.row,
+    backends::PATH_TABLE.row,
+    backends::REFERENCE_TABLE.row,
+    backends::GPU_TABLE.row,
 ];
 
 pub(super) fn build(section: Option<&Section>) -> Result<Method> {
@@ -305,6 +312,7 @@ pub(super) fn build(section: Option<&Section>) -> Result<Method> {
         sparse: section.read(&SPARSE)?,
         bounces: section.read(&BOUNCES)?,
         exact_stars: section.read(&EXACT_STARS)?,
+        backends: BackendOptions::default().with_section(section)?,
         ..Method::default()
     };
     section.wrap(&NAME, method.with_name(section.read(&NAME)?))

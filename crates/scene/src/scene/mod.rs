@@ -5,6 +5,7 @@
 //! a `kind` reads a catalogue; the catalogues also make the manual of the scene format.
 
 mod albedo;
+mod backends;
 mod background;
 mod band;
 mod catalogue;
@@ -24,6 +25,7 @@ mod motion;
 mod observation;
 mod output;
 mod parameters;
+mod parts;
 mod proper_motion;
 mod root;
 pub mod schema;
@@ -35,9 +37,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use spectra::fingerprint::Digest;
 use spectra::passband::{self, Passband};
 
 pub use albedo::Albedo;
+pub use backends::{BackendOptions, PathOptions, REFERENCE_ACCURACY};
 pub use background::{Background, StarField};
 pub use dust::{Dust, Scale};
 pub use emission::Emission;
@@ -51,6 +55,7 @@ pub use loader::Loader;
 pub use method::{MANY_BOUNCES, MAX_STEPS, Method, MethodEntry, Sparsity, StarDepthSource, methods};
 pub use motion::Motion;
 pub use parameters::{Parameter, parameter, parameters};
+pub use parts::{Part, Parts};
 pub use spectrograph::Spectrograph;
 pub use star::Star;
 
@@ -304,11 +309,15 @@ impl Scene {
         if let Some(gas) = root.read(&GAS)? {
             // The mean over the stars of several moments.
             let solved = |moments: &[&[Star]]| {
-                let stars: String = moments.iter().map(|stars| star::said(stars)).collect();
-                let key = format!("{gas} {stars} through {bands}", gas = gas.canonical(), bands = band::said(&bands));
-                loader.gas(&format!("{key} of {}", fields.said()), || {
-                    gas::mean(moments, |stars| gas::build(&gas, loader, &fields, stars, &bands))
-                })
+                let mut content = Digest::new("gas");
+                content.part(gas.fingerprint()).part(fields.fingerprint());
+                for stars in moments {
+                    content.part(star::fingerprint(stars));
+                }
+                for band in &bands {
+                    content.part(band.fingerprint());
+                }
+                loader.gas(content.finish(), || gas::mean(moments, |stars| gas::build(&gas, loader, &fields, stars, &bands)))
             };
             let nearest = match film.as_ref().filter(|_| !loader.is_rough) {
                 Some(film) => film.around(&gas, &fields, loader)?,
@@ -363,7 +372,7 @@ impl Scene {
     fn moving(section: &Section, fields: &Fields, species: Glow, camera: &Camera, loader: &Loader) -> Result<Vec<Emission>> {
         let all = match motion::of(section, fields)? {
             Some(motion) => {
-                section.wrap(motion::VELOCITY.name, motion.split(species, camera, loader.inputs.memory_limit, &loader.control))?
+                section.wrap(fields::VELOCITY.name, motion.split(species, camera, loader.inputs.memory_limit, &loader.control))?
             }
             None => vec![species],
         };
@@ -374,7 +383,7 @@ impl Scene {
     fn behind(section: &Section, loader: &Loader, observation: Option<&Observation>) -> Result<Background> {
         let placed = |table: Section| {
             table.check(catalogue::KEYS)?;
-            let stars = loader.catalogue(&table.canonical(), || catalogue::build(&table, &loader.inputs))?;
+            let stars = loader.catalogue(table.fingerprint(), || catalogue::build(&table, &loader.inputs))?;
             catalogue::placed(&table, stars, observation)
         };
         let catalogue = section.table("catalogue")?.map(placed).transpose()?;

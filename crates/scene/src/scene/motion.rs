@@ -15,27 +15,22 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::units::Velocity;
 
-use super::fields::Fields;
+use super::fields::{Fields, VELOCITY};
 use super::gas::ionised::Glow;
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
-use crate::properties::{Key, OrDefault, Section, Texts};
+use crate::properties::{Key, OrDefault, Part, Section};
 
 /// The keys of gas that moves.
-pub(super) const VELOCITY: Key<Texts> = Key::texts(
-    "velocity",
-    "velocity along x, y and z in km/s, three expressions such as [\"20*x\", \"20*y\", \"20*z\"]; lines are Doppler-shifted as seen from the scene's camera",
-)
-.otherwise("at rest")
-.example("[\"0\", \"0\", \"20*z\"]");
 pub(super) const STEP: Key<Velocity, OrDefault> =
     Key::quantity::<Velocity>("velocity_step", "velocity resolution; use half of a channel or less")
         .positive()
         .default("10 km/s")
-        .needs("velocity");
+        .needs("velocity")
+        .affects(&[Part::Space, Part::Spectra]);
 
 /// Motion of the gas of a table, if given.
 pub(super) fn of(section: &Section, fields: &Fields) -> Result<Option<Motion>> {

@@ -1,7 +1,7 @@
 //! Parameters of a scene: every value that can be swept, animated or fitted, with its type, range and current value.
 
 use super::schema::{TABLES, TableRow};
-use crate::properties::{Entry, Fallback, Form, KIND, KeyRow, Section, Table, Value, ValueRef};
+use crate::properties::{Fallback, Form, KIND, KeyRow, Part, Table, Value, ValueRef};
 
 /// A value of a scene that can be changed.
 #[derive(Debug, Clone)]
@@ -14,6 +14,8 @@ pub struct Parameter {
     pub value: Value,
     /// True if the scene states the value.
     pub is_stated: bool,
+    /// Parts of the scene that the value changes.
+    pub parts: &'static [Part],
 }
 
 impl Parameter {
@@ -38,10 +40,8 @@ impl Parameter {
     /// # Errors
     /// If it has another type or unit, or is out of range.
     pub fn check(&self, value: &Value) -> crate::error::Result<()> {
-        let table = Table::default();
         let (path, _) = self.path.rsplit_once('.').unwrap_or_default();
-        let section = Section::new(&table, path);
-        (self.key.validate)(&Entry { section: &section, key: self.key, value: ValueRef::Given(value) })
+        (self.key.validate)(self.key, ValueRef::Given(value), path)
     }
 }
 
@@ -61,7 +61,7 @@ pub fn parameter(tree: &Table, path: &str) -> Option<Parameter> {
 
 fn of_table(row: &'static TableRow, path: &str, table: &Table) -> Vec<Parameter> {
     let dot = if path.is_empty() { "" } else { "." };
-    let kind = table.get(KIND.row.name).and_then(|property| property.value.text());
+    let kind = table.get(KIND).and_then(|property| property.value.text());
     let parameter = |key: &'static KeyRow| {
         let stated = table.get(key.name).map(|property| property.value.clone());
         let default = match key.fallback {
@@ -70,7 +70,7 @@ fn of_table(row: &'static TableRow, path: &str, table: &Table) -> Vec<Parameter>
         };
         let is_stated = stated.is_some();
         let value = stated.or(default).filter(|value| !matches!(value, Value::Table(_)))?;
-        Some(Parameter { path: format!("{path}{dot}{}", key.name), key, value, is_stated })
+        Some(Parameter { path: format!("{path}{dot}{}", key.name), key, value, is_stated, parts: key.parts.unwrap_or(row.parts) })
     };
     row.keys_of(kind).filter(|key| !key.value.is_table()).filter_map(parameter).collect()
 }
@@ -147,13 +147,12 @@ mod tests {
     /// Every default of the schema is a value of its key.
     #[test]
     fn defaults_are_valid() {
-        let (table, mut checked) = (Table::default(), 0);
-        let section = Section::root(&table);
+        let mut checked = 0;
         for row in TABLES {
             let of_kinds = (row.kinds)().into_iter().flat_map(|kind| kind.keys);
             for key in row.keys.iter().chain(of_kinds) {
                 if let Fallback::Value(literal) = key.fallback {
-                    let valid = (key.validate)(&Entry { section: &section, key, value: ValueRef::Literal(literal) });
+                    let valid = (key.validate)(key, ValueRef::Literal(literal), "");
                     assert!(valid.is_ok(), "{} {}: {}", row.title, key.name, valid.unwrap_err());
                     checked += 1;
                 }

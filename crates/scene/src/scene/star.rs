@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use spectra::curve::Ordinate;
 use spectra::extinction::Extinction;
+use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::passband::{Passband, family};
 use spectra::sed::{self, Foreground, MagnitudeSystem, PowerLaw, Scale, StarShape};
 use spectra::spectrum::Spectrum;
@@ -14,7 +15,7 @@ use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::properties::{
-    Choice, Choices, Flag, Key, KeyRow, Kind, Number, OrDefault, Path, Position, Required, Section, Text, build_kind_with,
+    Choice, Choices, Flag, Key, KeyRow, Kind, Number, OrDefault, Part, Path, Position, Required, Section, Text, build_kind_with,
 };
 
 /// A star: a point that shines.
@@ -30,14 +31,13 @@ pub struct Star {
     pub visible: bool,
 }
 
-/// Fingerprint of the stars' ionising light, as a text.
-pub(super) fn said(stars: &[Star]) -> String {
-    // Samples from 2 to 100 nm tell one spectrum from another.
-    let of = |star: &Star| {
-        let light: Vec<String> = (0..40).map(|i| format!("{:e}", star.spectrum.continuum(0.002 * 1.1f64.powi(i)))).collect();
-        format!("{} {}", star.position, light.join(" "))
-    };
-    stars.iter().map(of).collect::<Vec<_>>().join("; ")
+/// Fingerprint of positions and spectra of stars.
+pub(super) fn fingerprint(stars: &[Star]) -> Fingerprint {
+    let mut digest = Digest::new("stars");
+    for star in stars {
+        digest.numbers(&star.position.to_array()).part(star.spectrum.fingerprint());
+    }
+    digest.finish()
 }
 
 impl Star {
@@ -111,7 +111,7 @@ const FILE: Key<Path, Required> = Key::path("file", "text, ECSV, VOTable or FITS
 const SCALE: &str = "scale";
 
 const NAME: Key<Text> = Key::text("name", "its name").otherwise("star N");
-const POSITION: Key<Position, Required> = Key::position("position", "where it is").required();
+const POSITION: Key<Position, Required> = Key::position("position", "where it is").required().affects(&[Part::Stars]);
 const VISIBLE: Key<Flag, OrDefault> = Key::flag("visible", "draw the star itself as an unresolved source").default(true);
 const LUMINOSITY: Key<Luminosity> = Key::quantity::<Luminosity>("luminosity", "bolometric luminosity").positive().one_of(SCALE);
 const RADIUS: Key<Length> =

@@ -53,10 +53,13 @@ struct Column {
 /// The kind of spectrum that no row can have: its `file` would be the table's.
 const OF_FILE: &str = "file";
 
+/// The kind of spectrum as a column.
+const KIND_KEY: Key<Text> = Key::text(KIND, "kind of the spectrum");
+
 /// All keys that a row may set.
 fn keys() -> impl Iterator<Item = &'static KeyRow> {
     let kinds = star::SPECTRA.iter().filter(|kind| kind.name != OF_FILE);
-    [&KIND.row].into_iter().chain(star::KEYS).chain(kinds.flat_map(|kind| kind.keys)).filter(|key| key.name != "position")
+    [&KIND_KEY.row].into_iter().chain(star::KEYS).chain(kinds.flat_map(|kind| kind.keys)).filter(|key| key.name != "position")
 }
 
 pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
@@ -64,7 +67,7 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
         [&FILE.row, &COLUMNS.row].into_iter().chain(keys()).map(|row| KeyRow { relation: Relation::Free, ..*row }).collect();
     section.check(&rows)?;
     if section.kind() == Some(OF_FILE) {
-        return Err(section.error(&KIND, "star tables do not support spectra from files; write such a star as [[star]]"));
+        return Err(section.error(KIND, "star tables do not support spectra from files; write such a star as [[star]]"));
     }
     let file = section.read(&FILE)?;
     let table = section.wrap(&FILE, inputs.table(file, MAX_ROWS))?;
@@ -173,9 +176,9 @@ impl Rows<'_> {
         let said = self.section.properties();
         let mut constant: Vec<_> = keys().filter_map(|key| Some((key.name, said.get(key.name)?.clone()))).collect();
         constant.dedup_by_key(|(name, _)| *name);
-        if !self.section.has(&KIND) && columns.iter().all(|column| column.name != KIND.row.name) {
+        if !self.section.has(KIND) && columns.iter().all(|column| column.name != KIND) {
             let kind = if columns.iter().any(|column| column.name == "type") { "stellar" } else { "blackbody" };
-            constant.push((KIND.row.name, Value::Text(kind.into()).into()));
+            constant.push((KIND, Value::Text(kind.into()).into()));
         }
         constant
     }
@@ -228,7 +231,7 @@ impl Column {
 pub(super) fn stars(root: &Section, loader: &Loader) -> Result<Vec<Star>> {
     let mut stars = root.tables("star")?.iter().map(|s| star::build(s, &loader.inputs)).collect::<Result<Vec<_>>>()?;
     for table in root.tables("star_table")? {
-        stars.extend_from_slice(&loader.stars(&table.canonical(), || build(&table, &loader.inputs))?);
+        stars.extend_from_slice(&loader.stars(table.fingerprint(), || build(&table, &loader.inputs))?);
     }
     Ok(stars)
 }

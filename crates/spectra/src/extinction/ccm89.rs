@@ -10,6 +10,7 @@
 //! Valid for 0.3 ≤ x ≤ 10 µm⁻¹ and 2 ≤ R_V ≤ 6. Source: ApJ 345, 245, eqs. 2a–5b, 10.1086/167900.
 
 use super::{ExtinctionLaw, LawEntry, Maker, polynomial};
+use crate::fingerprint::Digest;
 
 pub(super) const ENTRY: LawEntry = LawEntry {
     name: "ccm89",
@@ -33,6 +34,9 @@ pub(super) struct Ccm89 {
 }
 
 impl ExtinctionLaw for Ccm89 {
+    fn content(&self, digest: &mut Digest) {
+        digest.text("ccm89").number(self.r_v);
+    }
     fn k(&self, lambda_um: f64) -> f64 {
         let x = 1.0 / lambda_um;
         let (a, b) = match x {

@@ -13,6 +13,7 @@
 
 use super::fitzpatrick_massa90::FitzpatrickMassa;
 use super::{ExtinctionLaw, LawEntry, Maker};
+use crate::fingerprint::Digest;
 
 pub(super) const ENTRY: LawEntry = LawEntry {
     name: "fitzpatrick99",
@@ -51,6 +52,9 @@ impl Fitzpatrick99 {
 }
 
 impl ExtinctionLaw for Fitzpatrick99 {
+    fn content(&self, digest: &mut Digest) {
+        digest.text("fitzpatrick99").number(self.r_v);
+    }
     fn k(&self, lambda_um: f64) -> f64 {
         let x = 1.0 / lambda_um;
         if x >= ULTRAVIOLET_X { 1.0 + self.ultraviolet.at(x) / self.r_v } else { self.spline.at(x) }

@@ -14,6 +14,7 @@
 
 use super::fitzpatrick_massa90::FitzpatrickMassa;
 use super::{ExtinctionLaw, LawEntry, Maker};
+use crate::fingerprint::Digest;
 
 pub(super) const ENTRY: LawEntry = LawEntry {
     name: "gordon23",
@@ -37,6 +38,9 @@ struct Gordon23 {
 }
 
 impl ExtinctionLaw for Gordon23 {
+    fn content(&self, digest: &mut Digest) {
+        digest.text("gordon23").number(self.r_v);
+    }
     fn k(&self, lambda_um: f64) -> f64 {
         let x = 1.0 / lambda_um;
         let infrared = smooth_step(lambda_um, 0.9, 1.1);

@@ -10,6 +10,7 @@
 
 use super::{ExtinctionLaw, LawEntry, Maker};
 use crate::constants::V_WAVELENGTH_UM;
+use crate::fingerprint::Digest;
 
 pub(super) const ENTRY: LawEntry = LawEntry {
     name: "inverse_wavelength",
@@ -21,6 +22,9 @@ pub(super) const ENTRY: LawEntry = LawEntry {
 struct InverseWavelength;
 
 impl ExtinctionLaw for InverseWavelength {
+    fn content(&self, digest: &mut Digest) {
+        digest.text("inverse_wavelength");
+    }
     fn k(&self, lambda_um: f64) -> f64 {
         V_WAVELENGTH_UM / lambda_um
     }

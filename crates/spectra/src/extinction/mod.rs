@@ -16,6 +16,7 @@ pub use tabulated::DustTable;
 use std::borrow::Cow;
 
 use crate::error::{Result, SpectraError};
+use crate::fingerprint::{Digest, Fingerprint};
 
 /// Extinction curve.
 ///
@@ -52,6 +53,10 @@ pub trait ExtinctionLaw: std::fmt::Debug + Send + Sync {
     /// Albedo and mean cosine, where the law comes with them.
     fn dust_table(&self) -> Option<&DustTable> {
         None
+    }
+    /// Adds the content to a digest. The default tells objects apart by their address.
+    fn content(&self, digest: &mut Digest) {
+        digest.object(self);
     }
 }
 
@@ -110,6 +115,13 @@ pub struct Extinction {
 }
 
 impl Extinction {
+    /// Fingerprint of name, R_V and law.
+    pub fn fingerprint(&self) -> Fingerprint {
+        let mut digest = Digest::new("extinction");
+        self.law.content(digest.text(&self.name).plain(&self.r_v));
+        digest.finish()
+    }
+
     /// A law of one's own.
     pub fn new(name: impl Into<Cow<'static, str>>, law: impl ExtinctionLaw + 'static) -> Self {
         Self { name: name.into(), r_v: None, law: Box::new(law) }

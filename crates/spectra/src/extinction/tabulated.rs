@@ -8,6 +8,7 @@ use super::{ExtinctionLaw, LawEntry, Maker};
 use crate::constants::V_WAVELENGTH_UM;
 use crate::embedded::embedded_columns;
 use crate::error::Result;
+use crate::fingerprint::Digest;
 use crate::table::Table;
 
 macro_rules! draine {
@@ -65,6 +66,9 @@ impl DustTable {
 }
 
 impl ExtinctionLaw for DustTable {
+    fn content(&self, digest: &mut Digest) {
+        [&self.extinction, &self.albedo, &self.mean_cosine].iter().for_each(|table| table.add_to(digest));
+    }
     fn k(&self, lambda_um: f64) -> f64 {
         self.extinction.at(lambda_um)
     }

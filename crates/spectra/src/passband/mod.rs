@@ -24,6 +24,7 @@ pub use window::{Window, window};
 
 use crate::curve::{CurveOptions, Ordinate, SpectralCurve};
 use crate::error::{Result, SpectraError};
+use crate::fingerprint::{Digest, Fingerprint};
 use crate::quadrature::gauss_legendre;
 use crate::table::Table;
 use crate::units::Wavelength;
@@ -94,9 +95,16 @@ pub trait Curve: std::fmt::Debug + Send + Sync {
     fn support_um(&self) -> (f64, f64);
     /// The wavelengths at which T is not smooth, both ends of the support included \[µm\].
     fn breakpoints_um(&self) -> Vec<f64>;
+    /// Adds the content to a digest. The default tells objects apart by their address.
+    fn content(&self, digest: &mut Digest) {
+        digest.object(self);
+    }
 }
 
 impl Curve for Table {
+    fn content(&self, digest: &mut Digest) {
+        self.add_to(digest.text("table"));
+    }
     fn throughput(&self, lambda_um: f64) -> f64 {
         self.at_or_zero(lambda_um)
     }
@@ -130,6 +138,13 @@ const PIECE_WIDTH: f64 = 0.02;
 const MAX_PARTS: f64 = 1000.0;
 
 impl Passband {
+    /// Fingerprint of name, detector type and curve.
+    pub fn fingerprint(&self) -> Fingerprint {
+        let mut digest = Digest::new("passband");
+        self.curve.content(digest.text(&self.name).text(self.counting.name()));
+        digest.finish()
+    }
+
     /// The largest throughput at its breakpoints \[1\].
     pub fn largest(&self) -> f64 {
         self.curve.breakpoints_um().iter().map(|l| self.curve.throughput(*l)).fold(0.0, f64::max)

@@ -10,6 +10,7 @@
 
 use super::{Counting, Curve, Passband};
 use crate::error::{Result, SpectraError};
+use crate::fingerprint::Digest;
 use crate::units::Wavelength;
 
 /// The shape of an analytic passband.
@@ -63,6 +64,9 @@ const TAIL: f64 = 6.0;
 const PIECES: usize = 32;
 
 impl Curve for Window {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn throughput(&self, lambda_um: f64) -> f64 {
         let (low, high) = self.support_um();
         if !(low..=high).contains(&lambda_um) {

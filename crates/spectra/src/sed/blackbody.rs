@@ -10,6 +10,7 @@
 //! `exp_m1` replaces exp − 1, for long waves. Source: Planck 1901; constants CODATA 2018.
 
 use crate::constants::{BOLTZMANN, PLANCK, SPEED_OF_LIGHT};
+use crate::fingerprint::Digest;
 use crate::spectrum::Shape;
 use crate::units::Temperature;
 
@@ -28,6 +29,9 @@ pub fn planck(lambda_um: f64, temperature: Temperature) -> f64 {
 pub struct BlackBody(pub Temperature);
 
 impl Shape for BlackBody {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn at(&self, lambda_um: f64) -> f64 {
         planck(lambda_um, self.0)
     }

@@ -1,5 +1,6 @@
 //! Power laws: (λ/λ₀)^α.
 
+use crate::fingerprint::Digest;
 use crate::spectrum::Shape;
 use crate::units::Wavelength;
 
@@ -13,6 +14,9 @@ pub struct PowerLaw {
 }
 
 impl Shape for PowerLaw {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn at(&self, lambda_um: f64) -> f64 {
         (lambda_um / self.reference.0).powf(self.exponent)
     }

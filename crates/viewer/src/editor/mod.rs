@@ -211,6 +211,9 @@ fwhm = "1 arcsec"
 
 [output]
 [method]
+[method.path]
+[method.reference]
+[method.gpu]
 
 [[animation]]
 of = "dust.scale"

@@ -331,9 +331,9 @@ luminosity = "1e4 Lsun"
         }
         assert!(heard.load(Ordering::Relaxed));
     };
-    let rough = document.physics().clone();
+    let rough = document.physics();
     settle(&mut document);
-    assert!(!document.is_rough() && edge(&document) == 52 && *document.physics() != rough);
+    assert!(!document.is_rough() && edge(&document) == 52 && document.physics() != rough);
     document.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "35000 K")).unwrap();
     assert!(document.is_rough() && edge(&document) == 48);
     settle(&mut document);

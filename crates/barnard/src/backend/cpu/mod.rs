@@ -24,7 +24,7 @@ mod terms;
 
 use rayon::prelude::*;
 
-use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats, finished};
+use super::{Backend, BackendEntry, DeviceUse, Job, Radiance, RenderStats};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::Result;
@@ -32,7 +32,7 @@ use crate::geometry::Ray;
 use crate::image::Image;
 use crate::light::Part;
 use crate::packet::LANES;
-use crate::plan::Plan;
+use crate::plan::{Options, Plan};
 use crate::scene::Scene;
 use march::March;
 pub(crate) use plates::{Combined, combined};
@@ -184,8 +184,7 @@ fn marched(
 /// Renders a plan of `scene`.
 ///
 /// # Errors
-/// If values are no numbers, and on interruption by the user.
+/// If the plan was made of another scene, if values are not numbers, and on interruption by the user.
 pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, RenderStats)> {
-    let (data, stats) = radiance(plan, control)?;
-    Ok((finished(scene, plan, Radiance::single(data, stats), ENTRY.name, control)?, stats))
+    Cpu.render(&Job::planned(scene, &Options::default(), plan)?, control)
 }

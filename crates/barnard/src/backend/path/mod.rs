@@ -27,55 +27,9 @@ use crate::keywords;
 use crate::light::lights;
 use crate::memory;
 use crate::random::Counter;
+pub use crate::scene::PathOptions as Options;
 use crate::scene::Scene;
 use tracer::Tracer;
-
-/// Sampling options of the path tracer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Options {
-    /// Light of stars that has scattered less often than this is left out, and light of gas and background that has
-    /// scattered less often than one time less: 1 is all of it.
-    pub first: usize,
-    /// Paths of each pixel and band at most.
-    pub samples: u64,
-    /// Relative standard error of the worst band at which it ends earlier.
-    pub target_error: Option<f64>,
-    /// Another seed is another picture of the same mean.
-    pub seed: u64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { first: 1, samples: 64, target_error: None, seed: 1 }
-    }
-}
-
-impl Options {
-    /// Options without light of fewer scatterings.
-    #[must_use]
-    pub fn with_first(self, first: usize) -> Self {
-        Self { first, ..self }
-    }
-
-    /// Options with another number of paths per pixel and band.
-    #[must_use]
-    pub fn with_samples(self, samples: u64) -> Self {
-        Self { samples, ..self }
-    }
-
-    /// Options with a relative standard error at which to stop.
-    #[must_use]
-    pub fn with_target_error(self, target_error: Option<f64>) -> Self {
-        Self { target_error, ..self }
-    }
-
-    /// Options with another seed.
-    #[must_use]
-    pub fn with_seed(self, seed: u64) -> Self {
-        Self { seed, ..self }
-    }
-}
 
 /// The row of this back end in the catalogue.
 pub const ENTRY: BackendEntry = BackendEntry {
@@ -83,7 +37,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
     summary: "f64, unbiased Monte Carlo path tracer: ground truth with any number of bounces and standard errors",
     planned: false,
     device: DeviceUse::Never,
-    open: |_| Ok(Box::new(PathTracer::new(Options::default()))),
+    open: |scene| Ok(Box::new(PathTracer::new(scene.method.backends.path))),
 };
 
 /// The path tracer, and what its paths have brought so far.
@@ -272,7 +226,7 @@ fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
 /// If a point's light cannot be told, and on interruption by the user.
 pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -> Result<Image> {
     let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
-    let points = super::reference::draw_points(scene, super::reference::DEFAULT_ACCURACY, control, |i, value| data[i] += value)?;
+    let points = super::reference::draw_points(scene, crate::scene::REFERENCE_ACCURACY, control, |i, value| data[i] += value)?;
     data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
     let mut image = Image { points, ..describe(scene, &scene.camera, Samples::Double(data)) };
     let errors: Vec<Band> = image.bands.iter().map(|band| Band { keywords: Vec::new(), ..band.of_errors() }).collect();

@@ -43,8 +43,7 @@ use profile::Profile;
 use ray::RayRadiance;
 use seen::SeenField;
 
-/// The accuracy of the truth, unless told otherwise: relative to a pixel's radiance.
-pub const DEFAULT_ACCURACY: f64 = 1e-5;
+pub use crate::scene::REFERENCE_ACCURACY as DEFAULT_ACCURACY;
 
 /// Optical depths at V behind which the integrals over wavelength must have converged, and cosines at which those of
 /// scattered light.
@@ -77,7 +76,7 @@ pub const ENTRY: BackendEntry = BackendEntry {
     summary: "f64, adaptive in space and wavelength, exact star depths: the slow reference",
     planned: false,
     device: DeviceUse::Never,
-    open: |_| Ok(Box::new(Reference { accuracy: DEFAULT_ACCURACY })),
+    open: |scene| Ok(Box::new(Reference { accuracy: scene.method.backends.reference_accuracy })),
 };
 
 /// The exact picture, of light that scatters once.

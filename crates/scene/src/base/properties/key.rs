@@ -7,7 +7,7 @@ use std::fmt;
 
 use spectra::units::{QuantityRow, short};
 
-use super::values::Entry;
+use super::Value;
 use crate::error::Result;
 
 /// Type of a key's value.
@@ -130,6 +130,51 @@ impl fmt::Display for Literal {
     }
 }
 
+/// Value of a table, or the default of a key.
+#[derive(Debug, Clone, Copy)]
+pub enum ValueRef<'a> {
+    /// Value of the table.
+    Given(&'a Value),
+    /// Default.
+    Literal(Literal),
+}
+
+impl<'a> ValueRef<'a> {
+    pub(super) fn text(self) -> Option<&'a str> {
+        match self {
+            Self::Given(Value::Text(text)) => Some(text),
+            Self::Literal(Literal::Text(text)) => Some(text),
+            _ => None,
+        }
+    }
+
+    pub(super) fn integer(self) -> Option<i64> {
+        match self {
+            Self::Given(Value::Integer(number)) => Some(*number),
+            Self::Literal(Literal::Integer(number)) => Some(number),
+            _ => None,
+        }
+    }
+
+    pub(super) fn number(self) -> Option<f64> {
+        match self {
+            Self::Given(Value::Number(number)) => Some(*number),
+            Self::Literal(Literal::Number(number)) => Some(number),
+            other => other.integer().map(|number| number as f64),
+        }
+    }
+
+    pub(super) fn numbers(self) -> Option<Vec<f64>> {
+        match self {
+            Self::Given(Value::List(items)) => {
+                items.iter().map(|item| ValueRef::Given(&item.value).number().filter(|number| number.is_finite())).collect()
+            }
+            Self::Literal(Literal::Numbers(numbers)) => Some(numbers.to_vec()),
+            _ => None,
+        }
+    }
+}
+
 /// Interval of allowed numbers, in the internal unit of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
@@ -178,6 +223,9 @@ fn brief(value: f64) -> String {
     if value.abs() >= 1e6 { format!("{value:e}") } else { short(value) }
 }
 
+/// Name of the key that selects the kind of a table.
+pub const KIND: &str = "kind";
+
 /// Effect of leaving a key out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fallback {
@@ -206,6 +254,58 @@ pub enum Relation {
     RequiredFor(&'static str),
 }
 
+/// Part of a scene that something depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Part {
+    /// Densities, phase function and detail.
+    Space,
+    /// Positions of stars.
+    Stars,
+    /// Spectra and visibility of lights, passbands, extinction law and albedo.
+    Spectra,
+    /// Amount of dust.
+    Amount,
+    /// Method and accuracy.
+    Method,
+    /// Options of single back ends.
+    Backend,
+    /// Camera.
+    View,
+    /// Palette, stretch and glare.
+    Display,
+    /// Sky position and unit.
+    Observation,
+    /// Telescope, detector and noise.
+    Instrument,
+    /// Layers and encoding of files.
+    Output,
+}
+
+impl fmt::Display for Part {
+    /// The name in small letters.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&format!("{self:?}").to_lowercase())
+    }
+}
+
+impl Part {
+    /// All parts that an image or a file depends on.
+    pub const ALL: [Self; 11] = [
+        Self::Space,
+        Self::Stars,
+        Self::Spectra,
+        Self::Amount,
+        Self::Method,
+        Self::Backend,
+        Self::View,
+        Self::Display,
+        Self::Observation,
+        Self::Instrument,
+        Self::Output,
+    ];
+}
+
 /// One key that a table may have.
 #[derive(Debug, Clone, Copy)]
 pub struct KeyRow {
@@ -223,10 +323,12 @@ pub struct KeyRow {
     pub catalogue: Option<&'static str>,
     /// Value, written as TOML, with which an editor adds the key; also shown by messages.
     pub example: Option<&'static str>,
+    /// Parts of the scene that the value changes, if not those of its table.
+    pub parts: Option<&'static [Part]>,
     /// Meaning in one line.
     pub summary: &'static str,
-    /// Checks type and range of a value.
-    pub validate: fn(&Entry) -> Result<()>,
+    /// Checks type and range of a value in the table of a path.
+    pub validate: fn(key: &KeyRow, value: ValueRef, path: &str) -> Result<()>,
 }
 
 impl KeyRow {

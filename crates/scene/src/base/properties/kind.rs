@@ -2,7 +2,7 @@
 
 use spectra::SpectraError;
 
-use super::{KIND, KeyRow, Section};
+use super::{KIND, Key, KeyRow, Section};
 use crate::data::Inputs;
 use crate::error::Result;
 
@@ -64,10 +64,10 @@ pub fn chosen<'k, K>(
     common: &[KeyRow],
     section: &Section,
 ) -> Result<&'k K> {
-    let name = section.read(&KIND)?;
+    let name = section.read(&Key::text(KIND, "kind of the table").required())?;
     let known: Vec<&str> = kinds.iter().map(|k| row(k).0).collect();
     let found = kinds.iter().find(|k| row(k).0 == name).ok_or_else(|| SpectraError::unknown(noun, name, &known));
-    let kind = section.wrap(&KIND, found)?;
-    section.check_rows(&[KIND.name], row(kind).1.iter().chain(common))?;
+    let kind = section.wrap(KIND, found)?;
+    section.check_rows(&[KIND], row(kind).1.iter().chain(common))?;
     Ok(kind)
 }

@@ -15,15 +15,17 @@ mod values;
 
 use std::fmt;
 
+use spectra::fingerprint::Fingerprint;
+
 pub use crate::place::{Origin, Place};
 pub use form::Form;
-pub use key::{Fallback, KeyRow, Literal, Range, Relation, Type};
+pub use key::{Fallback, KIND, KeyRow, Literal, Part, Range, Relation, Type, ValueRef};
 pub use kind::{Kind, KindRow, build_kind, build_kind_with, chosen};
-pub use section::{KIND, Named, Section};
+pub use section::{Named, Section};
 pub use typed::{Key, Optional, OrDefault, Presence, Required};
 pub use values::{
     Choice, Choices, Direction, Entry, Flag, Formula, Integer, NamedTables, Number, Numbers, Path, Position, Quantities, Size, SubTable,
-    Tables, Text, Texts, ValueRef, ValueType,
+    Tables, Text, Texts, ValueType,
 };
 
 /// The value of a property.
@@ -124,6 +126,11 @@ impl Table {
     /// Names and values, in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Property)> {
         self.entries.iter().map(|(name, property)| (name.as_str(), property))
+    }
+
+    /// Fingerprint of keys and values, whatever lines they stand in.
+    pub fn fingerprint(&self) -> Fingerprint {
+        Fingerprint::of_text(&self.to_string())
     }
 
     /// The file and line in which the table begins.

@@ -1,16 +1,11 @@
 //! Sections: typed access to the keys of a table, with errors that state place, key and remedy.
 
 use spectra::error::nearest;
+use spectra::fingerprint::Fingerprint;
 
-use super::key::{KeyRow, Relation};
-use super::typed::{Key, Presence, Required};
-use super::values::{Entry, NamedTables, Position, SubTable, Tables, Text, ValueRef, ValueType};
+use super::key::{KIND, KeyRow, Relation};
 use super::{Place, Table, Value};
 use crate::error::{Error, Result};
-use crate::geometry::Bounds;
-
-/// The key that selects the kind of a table.
-pub const KIND: Key<Text, Required> = Key::new("kind", "kind of the table").required();
 
 /// Name of a key.
 pub trait Named {
@@ -27,12 +22,6 @@ impl Named for str {
 impl Named for KeyRow {
     fn name(&self) -> &str {
         self.name
-    }
-}
-
-impl<T, P> Named for Key<T, P> {
-    fn name(&self) -> &str {
-        self.row.name
     }
 }
 
@@ -74,34 +63,9 @@ impl<'a> Section<'a> {
         self.table.get(key.name()).is_some()
     }
 
-    /// Canonical text of the table, without comments.
-    pub fn canonical(&self) -> String {
-        self.table.to_string()
-    }
-
-    /// The value of a key: an option, the value, or the default, as the key declares.
-    ///
-    /// # Errors
-    /// If a required key is missing, or a value has the wrong type or is out of range; place and remedy are stated.
-    pub fn read<T: ValueType, P: Presence>(&self, key: &Key<T, P>) -> Result<P::Output<T::Value<'a>>> {
-        self.stated(key)?.map_or_else(|| P::absent::<T>(self, &key.row), |value| Ok(P::present(value)))
-    }
-
-    /// The value of a key where it is required, whatever the key declares.
-    ///
-    /// # Errors
-    /// If it is missing, and those of [`read`](Self::read).
-    pub fn need<T: ValueType, P>(&self, key: &Key<T, P>) -> Result<T::Value<'a>> {
-        self.stated(key)?.ok_or_else(|| self.missing(&key.row))
-    }
-
-    /// The value of a key if the table has it, whatever the key declares.
-    ///
-    /// # Errors
-    /// Those of [`read`](Self::read), but for missing keys.
-    pub fn stated<T: ValueType, P>(&self, key: &Key<T, P>) -> Result<Option<T::Value<'a>>> {
-        let value = self.table.get(key.row.name).map(|property| ValueRef::Given(&property.value));
-        value.map(|value| T::read(&Entry { section: self, key: &key.row, value })).transpose()
+    /// Fingerprint of the table's content.
+    pub fn fingerprint(&self) -> Fingerprint {
+        self.table.fingerprint()
     }
 
     /// Checks names and relations of the keys: unknown ones, groups of which exactly one is required, keys without effect.
@@ -117,7 +81,7 @@ impl<'a> Section<'a> {
     /// # Errors
     /// Those of [`check`](Self::check).
     pub fn check_kind(&self, rows: &[KeyRow]) -> Result<()> {
-        self.check_rows(&[KIND.name], rows.iter())
+        self.check_rows(&[KIND], rows.iter())
     }
 
     /// As [`check`](Self::check), for keys of several rows and some names more.
@@ -188,46 +152,10 @@ impl<'a> Section<'a> {
 
     /// The kind of the table, if stated.
     pub fn kind(&self) -> Option<&'a str> {
-        match self.table.get(KIND.name).map(|property| &property.value) {
+        match self.table.get(KIND).map(|property| &property.value) {
             Some(Value::Text(kind)) => Some(kind),
             _ => None,
         }
-    }
-
-    /// A box between two corners.
-    ///
-    /// # Errors
-    /// If a corner is missing or wrong, or the box is empty.
-    pub fn bounds<P>(&self, low: &Key<Position, P>, high: &Key<Position, P>) -> Result<Bounds> {
-        let bounds = Bounds { low: self.need(low)?, high: self.need(high)? };
-        if !bounds.low.cmplt(bounds.high).all() {
-            return Err(self.error(high, format!("{} must exceed {} along every axis", high.row.name, low.row.name)));
-        }
-        Ok(bounds)
-    }
-
-    /// The table called `key`, if any.
-    ///
-    /// # Errors
-    /// If the value is not a table.
-    pub fn table(&self, key: &'static str) -> Result<Option<Section<'a>>> {
-        self.read(&Key::<SubTable>::new(key, ""))
-    }
-
-    /// The tables of the list `key`.
-    ///
-    /// # Errors
-    /// If the value is not a list of tables.
-    pub fn tables(&self, key: &'static str) -> Result<Vec<Section<'a>>> {
-        Ok(self.read(&Key::<Tables>::new(key, ""))?.unwrap_or_default())
-    }
-
-    /// The named tables under `key`, as in `[field.dust]`.
-    ///
-    /// # Errors
-    /// If one of the values is not a table.
-    pub fn named_tables(&self, key: &'static str) -> Result<Vec<(&'a str, Section<'a>)>> {
-        Ok(self.read(&Key::<NamedTables>::new(key, ""))?.unwrap_or_default())
     }
 
     pub(super) fn child(&self, key: String, table: &'a Table) -> Section<'a> {

@@ -1,23 +1,22 @@
 //! Typed keys: constants that a table is read with.
 //!
-//! ```ignore
-//! const TEMPERATURE: Key<Temperature, Required> =
-//!     Key::quantity::<Temperature>("temperature", "effective temperature").range(1.0..=1e9).required();
-//! let temperature = section.read(&TEMPERATURE)?; // a Temperature, in range
-//! ```
+//! `const TEMPERATURE: Key<Temperature, Required> = Key::quantity("temperature", "…").range(1.0..=1e9).required()` is read by
+//! `section.read(&TEMPERATURE)?`: a `Temperature` in range.
 
 use std::marker::PhantomData;
 use std::ops::{Deref, RangeInclusive};
 
 use spectra::units::Quantity;
 
-use super::key::{Fallback, KeyRow, Literal, Range, Relation};
-use super::section::Section;
+use super::Table;
+use super::key::{Fallback, KeyRow, Literal, Part, Range, Relation, ValueRef};
+use super::section::{Named, Section};
 use super::values::{
     Choice, Choices, Direction, Entry, Flag, Formula, Integer, NamedTables, Number, Numbers, Path, Position, Quantities, Size, SubTable,
-    Tables, Text, Texts, ValueRef, ValueType,
+    Tables, Text, Texts, ValueType,
 };
 use crate::error::{Error, Result};
+use crate::geometry::Bounds;
 
 /// Key of a table whose value has the type `T`; `P` says what reading gives without it.
 pub struct Key<T, P = Optional> {
@@ -30,6 +29,18 @@ impl<T, P> Deref for Key<T, P> {
     type Target = KeyRow;
     fn deref(&self) -> &KeyRow {
         &self.row
+    }
+}
+
+/// Checks a value by the type of its key.
+fn validate<T: ValueType>(key: &KeyRow, value: ValueRef, path: &str) -> Result<()> {
+    let table = Table::default();
+    T::read(&Entry { section: &Section::new(&table, path), key, value }).map(drop)
+}
+
+impl<T, P> Named for Key<T, P> {
+    fn name(&self) -> &str {
+        self.row.name
     }
 }
 
@@ -152,8 +163,9 @@ impl<T: ValueType> Key<T> {
             relation: Relation::Free,
             catalogue: None,
             example: None,
+            parts: None,
             summary,
-            validate: |entry| T::read(entry).map(drop),
+            validate: validate::<T>,
         };
         Self { row, marker: PhantomData }
     }
@@ -212,6 +224,11 @@ impl<T, P> Key<T, P> {
     /// The key with a value, as TOML, that an editor adds it with.
     pub const fn example(self, example: &'static str) -> Self {
         Self { row: KeyRow { example: Some(example), ..self.row }, ..self }
+    }
+
+    /// The key, whose value changes these parts of the scene instead of those of its table.
+    pub const fn affects(self, parts: &'static [Part]) -> Self {
+        Self { row: KeyRow { parts: Some(parts), ..self.row }, ..self }
     }
 
     const fn in_range(self, range: Range) -> Self {
@@ -367,5 +384,68 @@ impl<Q: Quantity> Key<Quantities<Q>> {
     /// The key with a default, with units.
     pub const fn default(self, texts: &'static [&'static str]) -> Key<Quantities<Q>, OrDefault> {
         self.with_default(Literal::Texts(texts))
+    }
+}
+
+impl<'a> Section<'a> {
+    /// The value of a key: an option, the value, or the default, as the key declares.
+    ///
+    /// # Errors
+    /// If a required key is missing, or a value has the wrong type or is out of range; place and remedy are stated.
+    pub fn read<T: ValueType, P: Presence>(&self, key: &Key<T, P>) -> Result<P::Output<T::Value<'a>>> {
+        self.stated(key)?.map_or_else(|| P::absent::<T>(self, &key.row), |value| Ok(P::present(value)))
+    }
+
+    /// The value of a key where it is required, whatever the key declares.
+    ///
+    /// # Errors
+    /// If it is missing, and those of [`read`](Self::read).
+    pub fn need<T: ValueType, P>(&self, key: &Key<T, P>) -> Result<T::Value<'a>> {
+        self.stated(key)?.ok_or_else(|| self.missing(&key.row))
+    }
+
+    /// The value of a key if the table has it, whatever the key declares.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), but for missing keys.
+    pub fn stated<T: ValueType, P>(&self, key: &Key<T, P>) -> Result<Option<T::Value<'a>>> {
+        let value = self.properties().get(key.row.name).map(|property| ValueRef::Given(&property.value));
+        value.map(|value| T::read(&Entry { section: self, key: &key.row, value })).transpose()
+    }
+
+    /// A box between two corners.
+    ///
+    /// # Errors
+    /// If a corner is missing or wrong, or the box is empty.
+    pub fn bounds<P>(&self, low: &Key<Position, P>, high: &Key<Position, P>) -> Result<Bounds> {
+        let bounds = Bounds { low: self.need(low)?, high: self.need(high)? };
+        if !bounds.low.cmplt(bounds.high).all() {
+            return Err(self.error(high, format!("{} must exceed {} along every axis", high.row.name, low.row.name)));
+        }
+        Ok(bounds)
+    }
+
+    /// The table called `key`, if any.
+    ///
+    /// # Errors
+    /// If the value is not a table.
+    pub fn table(&self, key: &'static str) -> Result<Option<Section<'a>>> {
+        self.read(&Key::<SubTable>::new(key, ""))
+    }
+
+    /// The tables of the list `key`.
+    ///
+    /// # Errors
+    /// If the value is not a list of tables.
+    pub fn tables(&self, key: &'static str) -> Result<Vec<Section<'a>>> {
+        Ok(self.read(&Key::<Tables>::new(key, ""))?.unwrap_or_default())
+    }
+
+    /// The named tables under `key`, as in `[field.dust]`.
+    ///
+    /// # Errors
+    /// If one of the values is not a table.
+    pub fn named_tables(&self, key: &'static str) -> Result<Vec<(&'a str, Section<'a>)>> {
+        Ok(self.read(&Key::<NamedTables>::new(key, ""))?.unwrap_or_default())
     }
 }

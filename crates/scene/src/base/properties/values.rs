@@ -6,7 +6,7 @@ use glam::DVec3;
 use spectra::error::article;
 use spectra::units::{Length, Quantity, QuantityRow};
 
-use super::key::{KeyRow, Literal, Range, Type};
+use super::key::{KeyRow, Literal, Range, Type, ValueRef};
 use super::{Property, Section, Table, Value};
 use crate::error::{Error, Result};
 
@@ -26,51 +26,6 @@ pub trait ValueType {
     /// # Errors
     /// If it has another type, or is out of the key's range; place and remedy are stated.
     fn read<'a>(entry: &Entry<'a, '_>) -> Result<Self::Value<'a>>;
-}
-
-/// Value of a table, or the default of a key.
-#[derive(Debug, Clone, Copy)]
-pub enum ValueRef<'a> {
-    /// Value of the table.
-    Given(&'a Value),
-    /// Default.
-    Literal(Literal),
-}
-
-impl<'a> ValueRef<'a> {
-    fn text(self) -> Option<&'a str> {
-        match self {
-            Self::Given(Value::Text(text)) => Some(text),
-            Self::Literal(Literal::Text(text)) => Some(text),
-            _ => None,
-        }
-    }
-
-    fn integer(self) -> Option<i64> {
-        match self {
-            Self::Given(Value::Integer(number)) => Some(*number),
-            Self::Literal(Literal::Integer(number)) => Some(number),
-            _ => None,
-        }
-    }
-
-    fn number(self) -> Option<f64> {
-        match self {
-            Self::Given(Value::Number(number)) => Some(*number),
-            Self::Literal(Literal::Number(number)) => Some(number),
-            other => other.integer().map(|number| number as f64),
-        }
-    }
-
-    fn numbers(self) -> Option<Vec<f64>> {
-        match self {
-            Self::Given(Value::List(items)) => {
-                items.iter().map(|item| ValueRef::Given(&item.value).number().filter(|number| number.is_finite())).collect()
-            }
-            Self::Literal(Literal::Numbers(numbers)) => Some(numbers.to_vec()),
-            _ => None,
-        }
-    }
 }
 
 /// A key of a table and its value.

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use spectra::fingerprint::Digest;
+
 use super::Field;
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
@@ -39,6 +41,9 @@ impl Cuboid {
 }
 
 impl Field for Cuboid {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn at(&self, p: DVec3) -> f64 {
         f64::from(self.bounds.contains(p))
     }

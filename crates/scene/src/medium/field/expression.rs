@@ -13,6 +13,8 @@ use exmex::prelude::*;
 use glam::DVec3;
 use smallvec::SmallVec;
 
+use spectra::fingerprint::Digest;
+
 use super::formula::normalised;
 use super::operators::FieldOperators;
 use super::side_by_side::SideBySide;
@@ -213,6 +215,15 @@ impl Expression {
 }
 
 impl Field for Expression {
+    fn content(&self, digest: &mut Digest) {
+        digest.text(self.formula.unparse()).plain(&self.bounds);
+        for variable in &self.variables {
+            match variable {
+                Variable::Field(field) => field.content(digest.text("field")),
+                Variable::Axis(axis) => drop(digest.text("axis").integer(*axis as u64)),
+            }
+        }
+    }
     fn at(&self, p: DVec3) -> f64 {
         if !self.bounds.contains(p) {
             return 0.0;

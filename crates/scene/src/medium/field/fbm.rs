@@ -13,6 +13,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::fingerprint::Digest;
 use spectra::simd;
 use spectra::units::Length;
 
@@ -182,6 +183,9 @@ simd! {
 }
 
 impl Field for Fbm {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn check(&self) -> Result<()> {
         place("centre", self.centre)?;
         above_zero("radius", self.radius)?;

@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use rayon::prelude::*;
+
+use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Field;
 use super::cells::Cell;
@@ -24,12 +26,20 @@ const READ_TOGETHER: usize = 64;
 /// Sampled values.
 ///
 /// A grid is made by [`Grid::new`] of an array, or by [`Grid::sampled`] of a function.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Grid {
     pub(crate) lattice: Lattice,
     /// The values in units of the factor; grids that differ by a factor alone share them.
     pub(super) store: Store,
     pub(super) factor: f64,
+    /// Fingerprint of the values, computed once for all clones.
+    hash: Arc<OnceLock<Fingerprint>>,
+}
+
+impl PartialEq for Grid {
+    fn eq(&self, other: &Self) -> bool {
+        self.lattice == other.lattice && self.factor == other.factor && self.store == other.store
+    }
 }
 
 impl Grid {
@@ -56,12 +66,12 @@ impl Grid {
 
     /// Variant in shared memory.
     pub(crate) fn sharing(lattice: Lattice, shared: Shared<f32>) -> Self {
-        Self { store: Store::Rows(lattice.dims, shared), lattice, factor: 1.0 }
+        Self { store: Store::Rows(lattice.dims, shared), lattice, factor: 1.0, hash: Arc::default() }
     }
 
     /// Variant in blocks.
     pub(crate) fn in_blocks(lattice: Lattice, blocks: Blocks) -> Self {
-        Self { lattice, store: Store::Blocks(Arc::new(blocks)), factor: 1.0 }
+        Self { lattice, store: Store::Blocks(Arc::new(blocks)), factor: 1.0, hash: Arc::default() }
     }
 
     /// This grid times `factor`, in the same memory.
@@ -196,6 +206,9 @@ impl Grid {
 }
 
 impl Field for Grid {
+    fn content(&self, digest: &mut Digest) {
+        digest.text("grid").plain(&self.lattice).number(self.factor).part(*self.hash.get_or_init(|| self.store.hashed(self.lattice.dims)));
+    }
     fn at(&self, p: DVec3) -> f64 {
         if self.lattice.bounds.contains(p) { self.trilinear(self.lattice.index_space(p)) } else { 0.0 }
     }

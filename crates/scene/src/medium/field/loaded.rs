@@ -4,47 +4,22 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use spectra::constants::HYDROGEN_MASS;
-use spectra::units::{ExtinctionCoefficient, Length, MassDensity, MemorySize, NumberDensity, Quantity};
+use spectra::units::{ExtinctionCoefficient, MassDensity, NumberDensity, Quantity};
 
-use super::dust_map::DustMap;
-use super::placement::{AxisOrder, LARGEST_BLOCK, Placement};
+use super::placement::{AXES, CENTRE, EVERY, FILE, HIGH, LOW, MEMORY, PRESET, Placement, SCALE, VOXEL, WCS};
 use super::{Field, Grid};
 use crate::blocks::Storage;
 use crate::data::{InputNote, Inputs, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
-use crate::properties::{Choice, Flag, Integer, Key, Kind, Number, OrDefault, Path, Position, Required, Section, Text};
+use crate::properties::{Choice, Flag, Key, Kind, Number, OrDefault, Section, Text};
 use crate::stored::too_small;
 
-pub(super) const FILE: Key<Path, Required> = Key::path("file", "the file, relative to the scene").required();
 const ARRAY: Key<Text> = Key::text(
     "array",
     "name of the array in an .npz or of the grid in a .vdb, path of the dataset in an HDF5 file, number or EXTNAME of the HDU in a FITS file",
 )
 .otherwise("the only one");
-pub(super) const AXES: Key<Choice<AxisOrder>> =
-    Key::choice("axes", "order of the array's axes, slowest first").otherwise("xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)");
-pub(super) const LOW: Key<Position> = Key::position(
-    "low",
-    "lowest corner of the box of the voxels; if the file or voxel defines the box, of the part to read, in whole voxels",
-)
-.otherwise("from the file, or from voxel");
-pub(super) const HIGH: Key<Position> = Key::position("high", "highest corner").otherwise("from the file, or from voxel");
-pub(super) const VOXEL: Key<Length> =
-    Key::quantity::<Length>("voxel", "edge of a cubic voxel, which defines the box of the whole array").otherwise("from low and high");
-pub(super) const SCALE: Key<Length> = Key::quantity::<Length>("scale", "unit of length of files without one, such as .vdb");
-pub(super) const CENTRE: Key<Position> =
-    Key::position("centre", "centre of the box of the whole array").otherwise("0 0 0 pc with voxel, otherwise from the file");
-pub(super) const EVERY: Key<Integer<usize>, OrDefault> =
-    Key::integer("every", "number of voxels per axis to average into one; the whole file is never in memory")
-        .range(1..=LARGEST_BLOCK)
-        .default(1);
-pub(super) const MEMORY: Key<MemorySize> =
-    Key::quantity::<MemorySize>("memory", "memory limit of the array, met by the smallest sufficient `every`").positive().excludes("every");
-pub(super) const PRESET: Key<Choice<&'static DustMap>> = Key::choice(
-    "preset",
-    "published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = \"1 mag/pc\"); it defines array, unit and box, and clips",
-);
 const UNIT: Key<Text> = Key::text(
     "unit",
     "unit of the values (BUNIT of FITS, units of HDF5): number densities are converted to cm-3, extinctions per length to mag/pc; mass densities require mass_per_h; other values are unchanged",
@@ -54,11 +29,6 @@ const UNIT: Key<Text> = Key::text(
 const MASS_PER_H: Key<Number> =
     mass_per_h("gas mass per hydrogen nucleus in hydrogen masses, to convert mass densities to nuclei per cm3: 1.4 for solar abundances")
         .required_for("mass densities");
-pub(super) const WCS: Key<Flag, OrDefault> = Key::flag(
-    "wcs",
-    "read the file's coordinates (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false to use low and high, or voxel",
-)
-.default(true);
 const STORAGE: Key<Choice<Storage>> = Key::choice(
     "storage",
     "storage in sparse blocks of 16 x 16 x 16 voxels; half has relative errors of up to 1/2048, byte up to 1/508 of the largest value in the block",

@@ -34,6 +34,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::units::{Length, short};
 
 pub use column::column;
@@ -121,8 +122,19 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn check(&self) -> Result<()> {
         self.bounds().checked().map(drop)
     }
+    /// Adds the content to a digest. The default tells objects apart by their address.
+    fn content(&self, digest: &mut Digest) {
+        digest.object(self);
+    }
     /// Distances \[pc\] at which the field is not smooth along a ray.
     fn crossings(&self, _ray: &crate::geometry::Ray, _out: &mut Vec<f64>) {}
+}
+
+/// Fingerprint of a field's content.
+pub fn fingerprint(field: &dyn Field) -> Fingerprint {
+    let mut digest = Digest::new("field");
+    field.content(&mut digest);
+    digest.finish()
 }
 
 /// Argument for a field: a field, or one that is shared.

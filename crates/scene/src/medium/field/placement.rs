@@ -1,21 +1,51 @@
 //! Placement of a file's array in a scene, and the part that is read.
 
 use glam::DVec3;
-use spectra::units::{Length, Quantity};
+use spectra::units::{Length, MemorySize, Quantity};
 
 use super::Lattice;
-use super::loaded::{AXES, CENTRE, EVERY, FILE, HIGH, LOW, MEMORY, PRESET, SCALE, VOXEL, WCS};
+use super::dust_map::DustMap;
 use crate::blocks::{Blocking, Storage};
 use crate::data::{AXIS_ORDERS, Array, Axis, Frame, Layout, Part};
 use crate::error::Result;
 use crate::geometry::Bounds;
-use crate::properties::{Choices, KeyRow, Section};
+use crate::properties::{Choice, Choices, Flag, Integer, Key, KeyRow, OrDefault, Path, Position, Required, Section};
 
 /// Tolerance between voxels of the scene and of the file's own frame, relative to a voxel.
 const FRAME_TOLERANCE: f64 = 0.01;
 /// Tolerance of corners on the face of a box \[voxels\].
 const ON_A_FACE: f64 = 1e-3;
 /// Voxels along an edge of a block at most.
+pub(super) const AXES: Key<Choice<AxisOrder>> =
+    Key::choice("axes", "order of the array's axes, slowest first").otherwise("xyz (npy, npz), zyx (FITS), the file's own (HDF5, vdb)");
+pub(super) const LOW: Key<Position> = Key::position(
+    "low",
+    "lowest corner of the box of the voxels; if the file or voxel defines the box, of the part to read, in whole voxels",
+)
+.otherwise("from the file, or from voxel");
+pub(super) const HIGH: Key<Position> = Key::position("high", "highest corner").otherwise("from the file, or from voxel");
+pub(super) const VOXEL: Key<Length> =
+    Key::quantity::<Length>("voxel", "edge of a cubic voxel, which defines the box of the whole array").otherwise("from low and high");
+pub(super) const SCALE: Key<Length> = Key::quantity::<Length>("scale", "unit of length of files without one, such as .vdb");
+pub(super) const CENTRE: Key<Position> =
+    Key::position("centre", "centre of the box of the whole array").otherwise("0 0 0 pc with voxel, otherwise from the file");
+pub(super) const EVERY: Key<Integer<usize>, OrDefault> =
+    Key::integer("every", "number of voxels per axis to average into one; the whole file is never in memory")
+        .range(1..=LARGEST_BLOCK)
+        .default(1);
+pub(super) const MEMORY: Key<MemorySize> =
+    Key::quantity::<MemorySize>("memory", "memory limit of the array, met by the smallest sufficient `every`").positive().excludes("every");
+pub(super) const WCS: Key<Flag, OrDefault> = Key::flag(
+    "wcs",
+    "read the file's coordinates (CDELT or CD, CRPIX, CRVAL, CUNIT of FITS, coordinates or edges of HDF5, the transform of .vdb); false to use low and high, or voxel",
+)
+.default(true);
+pub(super) const FILE: Key<Path, Required> = Key::path("file", "the file, relative to the scene").required();
+pub(super) const PRESET: Key<Choice<&'static DustMap>> = Key::choice(
+    "preset",
+    "published dust map of the Galaxy, converted to extinction at V in mag/pc (use with scale = \"1 mag/pc\"); it defines array, unit and box, and clips",
+);
+
 /// Order of the axes of an array, slowest first.
 #[derive(Clone, Copy)]
 pub(super) struct AxisOrder(&'static str);
@@ -31,7 +61,7 @@ impl Choices for AxisOrder {
     ];
 }
 
-pub(super) const LARGEST_BLOCK: i64 = 1024;
+const LARGEST_BLOCK: i64 = 1024;
 
 /// Which axis of an array is which of the scene's, the part of it that is read, and the voxels that come of it.
 #[derive(Debug)]

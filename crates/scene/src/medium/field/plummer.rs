@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::fingerprint::Digest;
 use spectra::units::Length;
 
 use super::sphere::sphere_crossings;
@@ -64,6 +65,9 @@ impl Plummer {
 }
 
 impl Field for Plummer {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn at(&self, p: DVec3) -> f64 {
         let r2 = (p - self.centre).length_squared();
         if r2 > self.cut * self.cut { 0.0 } else { (1.0 + r2 / (self.core * self.core)).powf(-2.5) }

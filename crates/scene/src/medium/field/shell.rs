@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::fingerprint::Digest;
 use spectra::units::Length;
 
 use super::sphere::sphere_crossings;
@@ -64,6 +65,9 @@ impl Shell {
 const CUT: f64 = 5.0;
 
 impl Field for Shell {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn at(&self, p: DVec3) -> f64 {
         let u = ((p - self.centre).length() - self.radius) / self.thickness;
         if u.abs() > CUT { 0.0 } else { (-0.5 * u * u).exp() }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::fingerprint::Digest;
 use spectra::units::Length;
 
 use super::{Field, above_zero, place, unit};
@@ -48,6 +49,9 @@ impl Slab {
 }
 
 impl Field for Slab {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn at(&self, p: DVec3) -> f64 {
         f64::from(self.bounds().contains(p) && (p - self.centre).dot(self.normal).abs() <= self.half)
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::fingerprint::Digest;
 use spectra::units::Length;
 
 use super::{Field, above_zero, place};
@@ -50,6 +51,9 @@ pub(super) fn sphere_crossings(ray: &Ray, centre: DVec3, radius: f64) -> Option<
 }
 
 impl Field for Sphere {
+    fn content(&self, digest: &mut Digest) {
+        digest.plain(self);
+    }
     fn at(&self, p: DVec3) -> f64 {
         f64::from((p - self.centre).length_squared() < self.radius * self.radius)
     }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use spectra::fingerprint::{Digest, Fingerprint};
 
 use crate::blocks::{Blocks, Storage};
 use crate::data::Shared;
@@ -79,6 +80,20 @@ impl Store {
             (Self::Blocks(own), Self::Blocks(other)) => Arc::ptr_eq(own, other),
             _ => false,
         }
+    }
+
+    /// Fingerprint of the values and their storage.
+    pub(super) fn hashed(&self, dims: [usize; 3]) -> Fingerprint {
+        let mut digest = Digest::new("values");
+        digest.plain(&self.storage()).plain(&dims);
+        let mut row = vec![0.0; dims[0]];
+        for z in 0..dims[2] {
+            for y in 0..dims[1] {
+                self.row(0..dims[0], y, z, &mut row);
+                digest.singles(&row);
+            }
+        }
+        digest.finish()
     }
 
     /// The bytes that the values take.

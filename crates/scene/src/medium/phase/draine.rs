@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use spectra::constants::SPHERE;
+use spectra::fingerprint::Digest;
 
 use super::henyey_greenstein::{draw, henyey_greenstein};
 use super::{G_FILE, MeanCosine, Phase, PhaseKind, mean_cosine};
@@ -49,6 +50,9 @@ impl Draine {
 }
 
 impl Phase for Draine {
+    fn content(&self, digest: &mut Digest) {
+        self.g.add_to(digest.text("draine").number(self.alpha));
+    }
     fn at(&self, cosine: f64, lambda_um: f64) -> f64 {
         let g = self.g.at(lambda_um);
         let norm = 1.0 + self.alpha * (1.0 + 2.0 * g * g) / 3.0;

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use spectra::constants::SPHERE;
+use spectra::fingerprint::Digest;
 
 use super::{G_FILE, MeanCosine, Phase, PhaseKind, mean_cosine};
 use crate::curve::{COLUMN, UNIT};
@@ -61,6 +62,9 @@ pub(super) fn draw(g: f64, random: &mut Counter) -> f64 {
 }
 
 impl Phase for HenyeyGreenstein {
+    fn content(&self, digest: &mut Digest) {
+        self.g.add_to(digest.text("henyey_greenstein"));
+    }
     fn at(&self, cosine: f64, lambda_um: f64) -> f64 {
         henyey_greenstein(cosine, self.g.at(lambda_um)) / SPHERE
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use spectra::constants::SPHERE;
+use spectra::fingerprint::Digest;
 
 use super::{Phase, PhaseKind};
 use crate::random::Counter;
@@ -15,6 +16,9 @@ pub(super) const KIND: PhaseKind =
 pub struct Isotropic;
 
 impl Phase for Isotropic {
+    fn content(&self, digest: &mut Digest) {
+        digest.text("isotropic");
+    }
     fn at(&self, _: f64, _: f64) -> f64 {
         1.0 / SPHERE
     }

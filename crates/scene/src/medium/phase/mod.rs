@@ -20,6 +20,7 @@ pub(crate) use tabulated::read as tabulated;
 
 use spectra::curve::Ordinate;
 use spectra::extinction::Extinction;
+use spectra::fingerprint::Digest;
 use spectra::table::Table;
 
 use crate::curve;
@@ -57,6 +58,10 @@ use crate::random::Counter;
 /// assert!((sphere - 1.0).abs() < 1e-9);
 /// ```
 pub trait Phase: std::fmt::Debug + Send + Sync {
+    /// Adds the content to a digest. The default tells objects apart by their address.
+    fn content(&self, digest: &mut Digest) {
+        digest.object(self);
+    }
     /// The phase function p(cos θ, λ) [sr⁻¹]; λ \[µm\].
     fn at(&self, cosine: f64, lambda_um: f64) -> f64;
     /// A cos θ drawn with the density 2π p.
@@ -145,6 +150,13 @@ impl From<Table> for MeanCosine {
 }
 
 impl MeanCosine {
+    fn add_to(&self, digest: &mut Digest) {
+        match self {
+            Self::Constant(g) => drop(digest.text("constant").number(*g)),
+            Self::Table(table) => table.add_to(digest.text("table")),
+        }
+    }
+
     /// Validated mean cosine, between −0.999 and 0.999.
     fn checked(self) -> Result<Self> {
         let far = |g: &&f64| g.is_nan() || g.abs() > MAX_COSINE;

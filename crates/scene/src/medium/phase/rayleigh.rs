@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use spectra::constants::SPHERE;
+use spectra::fingerprint::Digest;
 
 use super::{Phase, PhaseKind};
 use crate::random::Counter;
@@ -15,6 +16,9 @@ pub(super) const KIND: PhaseKind =
 pub struct Rayleigh;
 
 impl Phase for Rayleigh {
+    fn content(&self, digest: &mut Digest) {
+        digest.text("rayleigh");
+    }
     fn at(&self, cosine: f64, _: f64) -> f64 {
         0.75 * (1.0 + cosine * cosine) / SPHERE
     }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use spectra::SpectraError;
 use spectra::curve::{AxisQuantity, AxisUnit, Columns};
+use spectra::fingerprint::Digest;
 use spectra::table::Table;
 
 use super::{Phase, PhaseKind};
@@ -152,6 +153,10 @@ impl Tabulated {
 }
 
 impl Phase for Tabulated {
+    fn content(&self, digest: &mut Digest) {
+        self.columns.iter().for_each(|column| column.add_to(digest));
+        digest.numbers(&self.lambda_um);
+    }
     fn at(&self, cosine: f64, lambda_um: f64) -> f64 {
         let (low, high, t) = self.around(lambda_um);
         (1.0 - t) * low.at(cosine) + t * high.at(cosine)

@@ -19,7 +19,7 @@ pub use cloud::{GasCloud, IonisingStar};
 pub use ionised::IonisedGas;
 use species::Species;
 
-use super::{Fields, Loader, Star, emission, motion, star};
+use super::{Fields, Loader, Star, emission, fields, motion, star};
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
@@ -82,7 +82,7 @@ pub(super) const KEYS: &[KeyRow] = &[
     TEMPERATURE.row,
     DIFFUSE.row,
     DOPPLER_FWHM.row,
-    motion::VELOCITY.row,
+    fields::VELOCITY.row,
     motion::STEP.row,
 ];
 
@@ -163,7 +163,7 @@ pub(super) fn mean(moments: &[&[Star]], build: impl Fn(&[Star]) -> Result<Ionise
     let mut latest = build(moments[0])?;
     let mut mean = latest.clone();
     for (number, pair) in moments.windows(2).enumerate() {
-        if star::said(pair[0]) != star::said(pair[1]) {
+        if star::fingerprint(pair[0]) != star::fingerprint(pair[1]) {
             latest = build(pair[1])?;
         }
         mean = mean.mixed(&latest, 1.0 / (number as f64 + 2.0));
