@@ -32,7 +32,7 @@ impl Phase for TwoLobes {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lobes = TwoLobes { forward: HenyeyGreenstein::new(0.75)?, backward: HenyeyGreenstein::new(-0.4)? };
-    let dust = Dust::new(Fbm::new(3), Extinction::named("ccm89")?, Scale::mag_per_pc(4.0)).albedo(0.6).phase(lobes);
+    let dust = Dust::new(Fbm::new(3), Extinction::by_name("ccm89")?, Scale::mag_per_pc(4.0)).albedo(0.6).phase(lobes);
     let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
     let scene = Scene::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(200, 200)).dust(dust).star(star);
     Ok(barnard::render(&scene, &Options::default())?.save("phase_function.png")?)

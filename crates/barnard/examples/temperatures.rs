@@ -13,7 +13,7 @@ use barnard::{Camera, Control, Options, Plan};
 use barnard_files::SaveImage;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let dust = Dust::new(Fbm::new(2), Extinction::named("gordon23")?, Scale::mag_per_pc(5.0)).albedo(0.6);
+    let dust = Dust::new(Fbm::new(2), Extinction::by_name("gordon23")?, Scale::mag_per_pc(5.0)).albedo(0.6);
     let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(160, 160);
     let (mut scene, options, control) = (Scene::new(camera).dust(dust), Options::default(), Control::default());
     sample_functions(&mut scene, &options)?;

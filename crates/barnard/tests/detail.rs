@@ -27,7 +27,7 @@ fn scene(depth: f64) -> Scene {
 fn lit_from(depth: f64, star: DVec3) -> Scene {
     let cloud = Turbulence { voxels: 16, ..Turbulence::new(3, Bounds::cube(DVec3::ZERO, 1.0), 3.0).unwrap() };
     let gas = Grid::sampled(Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 0.9) }, |p| (-3.0 * p.length_squared()).exp());
-    let dust = Dust::new(cloud.grid(1 << 30).unwrap(), Extinction::named("gordon23").unwrap(), Scale::per_pc(depth)).albedo(0.6);
+    let dust = Dust::new(cloud.grid(1 << 30).unwrap(), Extinction::by_name("gordon23").unwrap(), Scale::per_pc(depth)).albedo(0.6);
     let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(star).hidden();
     let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3e-22 }]);
     let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), dvec3(0.2, 0.1, 0.0)).field_of_view_deg(4.0).size(16, 12);

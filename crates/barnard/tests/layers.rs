@@ -21,7 +21,7 @@ const ALL: LayerChoice = LayerChoice { light: true, depth: true, tau: true };
 /// Dust around a star, two kinds of gas, a background and field stars: every part of light.
 fn scene() -> Scene {
     let cloud = Plummer::new(dvec3(-0.1, 0.2, 0.0), 0.5).unwrap();
-    let dust = Dust::new(cloud, Extinction::named("gordon23").unwrap(), Scale::mag_per_pc(1.5)).albedo(0.6);
+    let dust = Dust::new(cloud, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(1.5)).albedo(0.6);
     let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3));
     let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
     let glow = |lambda_um, strength| Spectrum::of_lines(vec![Line { lambda_um, strength }]);
@@ -116,7 +116,7 @@ fn distances_are_those_of_geometry() {
     let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).field_of_view_deg(5.0).size(16, 12);
     let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-23 }]);
     let scene = Scene::new(camera)
-        .dust(Dust::new(dust, Extinction::named("gordon23").unwrap(), Scale::mag_per_pc(2.0)).albedo(0.0))
+        .dust(Dust::new(dust, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).albedo(0.0))
         .emission(Emission::new(gas, glow))
         .background(Background::even(even_light(1e-5)));
     let image = render(&mut Cpu, &asked(scene, LayerChoice { depth: true, tau: true, light: false }));
@@ -147,7 +147,7 @@ fn image_cosine(i: usize) -> f64 {
 fn scene_without_gas() -> Scene {
     let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).field_of_view_deg(5.0).size(16, 12);
     let shell = Shell::new(DVec3::ZERO, 0.8, 0.1).unwrap();
-    Scene::new(camera).dust(Dust::new(shell, Extinction::named("gordon23").unwrap(), Scale::mag_per_pc(2.0)).albedo(0.0))
+    Scene::new(camera).dust(Dust::new(shell, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).albedo(0.0))
 }
 
 /// Both eyes and moments have layers of their own; a path tracer has none of light, and says so.

@@ -20,9 +20,9 @@ use barnard::{Camera, Control, Options};
 
 fn made() -> Scene {
     let cloud = Fbm { scale: 0.5, ..Fbm::new(7) }.checked().unwrap();
-    let law = Extinction::named("gordon23").unwrap();
+    let law = Extinction::by_name("gordon23").unwrap();
     let dust = Dust::new(cloud, law, Scale::mag_per_pc(3.0)).albedo(0.6).phase(HenyeyGreenstein::new(0.5).unwrap());
-    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3)).named("star 1");
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3)).with_name("star 1");
     let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
     let method = Method { bake: Some(32), ..Method::default() };
     Scene::new(camera).bands(passband::set("johnson").unwrap()).dust(dust).star(star).method(method)
@@ -123,7 +123,9 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
         (|s| s.stars[0].position.y = f64::NAN, &["star[0].position", "must be finite"]),
         (|s| s.dust = s.dust.take().map(|d| d.albedo(1.2)), &["dust", "albedo is 1.2", "between 0 and 1"]),
         (
-            |s| s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::named("inverse_wavelength").unwrap(), Scale::per_pc(1.0))),
+            |s| {
+                s.dust = s.dust.take().map(|d| Dust::new(d.density, Extinction::by_name("inverse_wavelength").unwrap(), Scale::per_pc(1.0)))
+            },
             &["albedo", "inverse_wavelength"],
         ),
         (
@@ -216,7 +218,7 @@ impl Shape for Ramp {
 #[test]
 fn objects_of_ones_own_are_rendered() {
     let band = Passband::new("ramp", Counting::Photon, Ramp).unwrap();
-    let dust = Dust::new(Ramp, Extinction::named("ccm89").unwrap(), Scale::per_pc(0.7)).albedo(0.5);
+    let dust = Dust::new(Ramp, Extinction::by_name("ccm89").unwrap(), Scale::per_pc(0.7)).albedo(0.5);
     let star = Star::new(Spectrum::continuous(1e26, Arc::new(Ramp))).at(dvec3(0.3, 1.6, 0.2)).hidden();
     let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(30.0).size(8, 8);
     let scene = Scene::new(camera).bands(vec![band]).dust(dust).star(star);
@@ -280,7 +282,7 @@ fn every_back_end_serves_a_job() {
         assert!(image.notes.iter().any(|(key, words)| key == "backend" && words.starts_with(entry.name)), "{}", entry.name);
     }
     let many = Scene { method: Method { bounces: 5, ..Default::default() }, ..scene.clone() };
-    let reference = (Registry::default().named("reference").unwrap().open)(&many).unwrap();
+    let reference = (Registry::default().by_name("reference").unwrap().open)(&many).unwrap();
     assert!(reference.unable(&Job::new(&many, &options).unwrap(), &control).unwrap().unwrap().contains("bounces = 1"));
-    assert!(Registry::default().named("gpux").unwrap_err().to_string().contains("reference"));
+    assert!(Registry::default().by_name("gpux").unwrap_err().to_string().contains("reference"));
 }

@@ -89,7 +89,7 @@ fn a_basis_per_filter_is_refused_for_two_passbands() {
     let mut two = cloud_with_stars(2, "");
     two.method.settings.criterion = spectra::basis::Criterion::Filter;
     assert!(Plan::sampled(&two, &Options::default(), 20, &Control::default()).is_ok());
-    let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::named("johnson-B")).collect();
+    let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::by_name("johnson-B")).collect();
     let refused = Plan::sampled(&two.bands(bands), &Options::default(), 20, &Control::default()).unwrap_err().to_string();
     assert!(refused.contains("one basis") && refused.contains("largest"), "{refused}");
 }
@@ -98,7 +98,7 @@ fn a_basis_per_filter_is_refused_for_two_passbands() {
 #[test]
 fn bands_without_colours_are_refused() {
     let two = cloud_with_stars(2, "");
-    let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::named("johnson-B")).collect();
+    let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::by_name("johnson-B")).collect();
     let colourless = Scene { bands, ..two };
     let refused = Plan::sampled(&colourless, &Options::default(), 20, &Control::default()).unwrap_err().to_string();
     assert!(refused.contains("palette has colours for 1 bands, the scene has 2"), "{refused}");

@@ -327,7 +327,7 @@ position = "0 0 4 pc"
 fn star_light(camera: &Camera, towards: DVec3) -> (f64, Vec<(DVec3, f64)>) {
     let star = barnard::scene::Star::blackbody(spectra::units::Temperature(6000.0), spectra::units::Luminosity::suns(1.0));
     let star = star.at(camera.position + 5.0 * towards.normalize());
-    let band = spectra::passband::Passband::named("bessell-V").unwrap();
+    let band = spectra::passband::Passband::by_name("bessell-V").unwrap();
     let scene = Scene::new(camera.clone()).bands(vec![band]).star(star);
     let image = reference::render(&scene, 1e-4, &Control::default()).unwrap();
     let mut light = Vec::new();

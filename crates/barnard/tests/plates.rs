@@ -91,7 +91,7 @@ impl Cloud {
 
     fn scene(&self, spectra: &Spectra) -> Scene {
         let camera = Camera::look_at(dvec3(0.0, 0.3, 4.0), DVec3::ZERO).field_of_view_deg(30.0).size(12, 9);
-        let law = Extinction::named("gordon23").unwrap();
+        let law = Extinction::by_name("gordon23").unwrap();
         let dust = Dust::new(self.dust.clone(), law, Scale::per_pc(self.per_pc)).albedo(spectra.albedo).phase(self.phase.clone());
         let star =
             |i: usize, place: DVec3| Star::blackbody(Temperature(spectra.temperatures[i]), Luminosity::suns(spectra.suns[i])).at(place);
@@ -225,7 +225,7 @@ fn errors_of_pixels_are_small() {
 #[test]
 #[ignore = "long"]
 fn phase_functions_may_have_colours() {
-    let grains = Extinction::named("draine03_rv31").unwrap().grains().unwrap();
+    let grains = Extinction::by_name("draine03_rv31").unwrap().grains().unwrap();
     let cloud = Cloud::new(1.2, Draine::new(grains.mean_cosine, 1.0).unwrap(), 1);
     let (plates, mut plan) = (cloud.plates(), None);
     for change in 2000..2060 {

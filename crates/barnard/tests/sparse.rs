@@ -126,6 +126,8 @@ fn sparse_volumes_make_the_same_picture() {
 fn stars_move_through_pages() {
     let mut scene = scene(12.0, "");
     let first = planned(&scene, Sparsity::Always);
+    let rendered = |scene: &Scene, plan: &Plan| cpu::render(scene, plan, &Control::default()).unwrap().0;
+    let before = rendered(&scene, &first);
     let place = DVec3::new(1.3, -0.2, 0.8);
     let mut moved = first.clone();
     moved.move_star(1, place, &Control::default()).unwrap();
@@ -133,7 +135,7 @@ fn stars_move_through_pages() {
     // Rules stay those of the place before.
     let there = first.clone().with_space(planned(&scene, Sparsity::Always).space().clone());
     assert!(there.space().volumes.iter().any(|volume| !volume.pages().is_whole()));
-    let [before, moved, there] = [&first, &moved, &there].map(|plan| cpu::render(&scene, plan, &Control::default()).unwrap().0);
+    let [moved, there] = [&moved, &there].map(|plan| rendered(&scene, plan));
     let (same, other) = (difference(&moved, &there), difference(&before, &there));
     assert!(same == 0.0 && other > 1e-5, "{same:e} {other:e}");
 }

@@ -22,7 +22,7 @@ pub fn registry() -> Registry {
 /// Tracer of ionising starlight of a back end: its device, which is opened once there is such gas.
 pub fn tracer(backend: &str) -> Option<Arc<dyn RayTracer>> {
     #[cfg(feature = "gpu")]
-    if registry().named(backend).is_ok_and(|entry| entry.device != DeviceUse::Never) {
+    if registry().by_name(backend).is_ok_and(|entry| entry.device != DeviceUse::Never) {
         return Some(Arc::new(barnard_gpu::IonisingRays::once_asked()));
     }
     let _ = backend;

@@ -59,7 +59,7 @@ pub fn check(paths: &[PathBuf], camera: &Camera) -> anyhow::Result<()> {
 /// The layers that --layers names.
 pub fn parse_layers(text: &str) -> Result<LayerChoice, String> {
     let names: Vec<&str> = text.split(',').map(str::trim).collect();
-    LayerChoice::named(&names)
+    LayerChoice::by_names(&names)
 }
 
 /// The scene with the layers that are asked for, of which none is rendered for files that hold none, if it fits into memory.

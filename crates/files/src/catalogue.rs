@@ -114,7 +114,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// If there is none.
-    pub fn named(name: &str) -> Result<&'static Catalogue> {
+    pub fn by_name(name: &str) -> Result<&'static Catalogue> {
         let known: Vec<&str> = CATALOGUES.iter().map(|c| c.name).collect();
         Ok(CATALOGUES.iter().find(|c| c.name == name).ok_or_else(|| SpectraError::unknown("catalogue", name, &known))?)
     }
@@ -127,7 +127,7 @@ fn passbands() -> Rows {
             .map_or(if name.starts_with("cie") { "CIE 1931" } else { spectra::passband::FAMILIES[0].summary }, |f| f.summary)
     };
     let row = |name: &str| {
-        let band = spectra::passband::Passband::named(name).ok()?;
+        let band = spectra::passband::Passband::by_name(name).ok()?;
         let leak = band.leak().map_or(String::new(), |leak| format!("; {leak}"));
         let words = format!("pivot {:.2} nm, width {:.2} nm; {}{leak}", band.pivot().nm(), band.width().nm(), family(name));
         Some((name.to_owned(), words))

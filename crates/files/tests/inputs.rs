@@ -260,7 +260,7 @@ fn hyg_has_colours() {
     let scene = scene(folder.path(), "[background.catalogue]\nfile = \"in.csv\"\naxes = \"icrs\"\n").unwrap();
     let catalogue = &scene.background.catalogue.as_ref().unwrap().catalogue;
     let flux = |name: &str| {
-        let band = spectra::passband::Passband::named(name).unwrap();
+        let band = spectra::passband::Passband::by_name(name).unwrap();
         let zero = spectra::sed::zero_point(&band, spectra::sed::MagnitudeSystem::Vega).unwrap();
         let of = |(class, gain): &(usize, f64)| gain * band.integrate(|l| catalogue.classes[*class].spectrum.continuum(l));
         -2.5 * (catalogue.stars[0].shares.iter().map(of).sum::<f64>() / zero).log10()

@@ -88,7 +88,7 @@ pub fn catalogue(py: Python, name: &str) -> PyResult<Vec<(String, String)>> {
     if name == "backends" {
         return Ok(registry().entries().iter().map(|row| (row.name.to_owned(), row.summary.to_owned())).collect());
     }
-    Ok((Catalogue::named(name).map_err(|error| raised(py, error))?.rows)())
+    Ok((Catalogue::by_name(name).map_err(|error| raised(py, error))?.rows)())
 }
 
 /// The text of a built-in scene.

@@ -17,7 +17,7 @@ static KEPT: Mutex<Option<HashMap<String, Box<dyn Backend>>>> = Mutex::new(None)
 pub fn with<T>(name: &str, scene: &Scene, work: impl FnOnce(&mut dyn Backend) -> Result<T>) -> Result<T> {
     let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner).as_mut().and_then(|kept| kept.remove(name));
     let registry = registry();
-    let entry = registry.named(name)?;
+    let entry = registry.by_name(name)?;
     let mut backend = kept.map_or_else(|| (entry.open)(scene), Ok)?;
     let result = work(&mut *backend);
     // One whose device gave up is opened anew the next time.

@@ -111,7 +111,7 @@ impl Sequence {
                 held
             }
         };
-        let planned = registry().named(backend)?.planned;
+        let planned = registry().by_name(backend)?.planned;
         let mut frame: Option<Image> = None;
         let at = |time: f64| -> Result<barnard::Image> {
             let scene = follower.scene(time, control)?;

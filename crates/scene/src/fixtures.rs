@@ -54,7 +54,7 @@ pub fn ball(radius_pc: f64) -> Sphere {
 
 /// Dust of a law by name, albedo one half, of so much extinction for a density of one [pc⁻¹].
 pub fn dust(density: impl IntoField, law: &str, per_pc: f64) -> Dust {
-    Dust::new(density, Extinction::named(law).unwrap(), Scale::per_pc(per_pc)).albedo(0.5)
+    Dust::new(density, Extinction::by_name(law).unwrap(), Scale::per_pc(per_pc)).albedo(0.5)
 }
 
 /// A black body of so many suns.
@@ -65,7 +65,7 @@ pub fn star(kelvin: f64, suns: f64, position: DVec3) -> Star {
 /// A scene seen through johnson-V along z, with functions sampled to `bake` voxels an edge.
 pub fn scene(camera: Camera, bake: usize) -> Scene {
     let method = Method { bake: Some(bake), ..Method::default() };
-    Scene::new(camera).bands(vec![Passband::named("johnson-V").unwrap()]).method(method)
+    Scene::new(camera).bands(vec![Passband::by_name("johnson-V").unwrap()]).method(method)
 }
 
 /// A camera on the z axis that looks at the origin.

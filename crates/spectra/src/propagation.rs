@@ -209,7 +209,7 @@ mod tests {
     }
 
     fn propagation(band: &Passband, stars: &[Spectrum], size: usize) -> Propagation {
-        let law = Extinction::named("ccm89").unwrap();
+        let law = Extinction::by_name("ccm89").unwrap();
         let sources: Vec<Source> = stars.iter().map(|s| Source::new("star", band, s, &*law, |_| 1.0)).collect();
         let k = |l: f64| law.k(l);
         let domain = band.support_um();
@@ -236,8 +236,8 @@ mod tests {
     /// Six stars in one voxel, seen through dust, against the adaptive integral of all; each further element helps.
     #[test]
     fn many_lights_become_one() {
-        let band = Passband::named("johnson-V").unwrap();
-        let law = Extinction::named("ccm89").unwrap();
+        let band = Passband::by_name("johnson-V").unwrap();
+        let law = Extinction::by_name("ccm89").unwrap();
         let stars = stars();
         let (low, high) = band.support_um();
         let mut before = f64::MAX;
@@ -267,8 +267,8 @@ mod tests {
     /// The certificates hold at depths that they did not look at, and they are not idle: some depth comes near each.
     #[test]
     fn certificates_hold() {
-        let band = Passband::named("johnson-B").unwrap();
-        let law = Extinction::named("ccm89").unwrap();
+        let band = Passband::by_name("johnson-B").unwrap();
+        let law = Extinction::by_name("ccm89").unwrap();
         let stars = stars();
         let propagation = propagation(&band, &stars, 3);
         let resolution = propagation.resolution(&Source::new("response", &band, &flat(), &*law, |_| 1.0).measure);
@@ -296,7 +296,7 @@ mod tests {
     /// Black bodies need few polynomials, whatever their number; equal stars one.
     #[test]
     fn the_span_does_not_grow_with_the_stars() {
-        let band = Passband::named("johnson-V").unwrap();
+        let band = Passband::by_name("johnson-V").unwrap();
         let many: Vec<Spectrum> =
             (0..40).map(|i| Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(3000.0 + 900.0 * f64::from(i)))))).collect();
         let width = propagation(&band, &many, 3).span.len();

@@ -20,7 +20,7 @@ fn pivots_are_the_published_ones() {
     let published = table(include_str!("../data/tests/passbands.csv"));
     for (name, row) in &published {
         let (pivot, known): (f64, f64) = (row[0].parse().unwrap(), row[1].parse().unwrap());
-        let off = Passband::named(name).unwrap().pivot().nm() / pivot - 1.0;
+        let off = Passband::by_name(name).unwrap().pivot().nm() / pivot - 1.0;
         assert!((off - known).abs() < 3e-3, "{name}: {off:+.4}, known {known:+.4}, {}", row[2]);
         assert!(known == 0.0 || known.abs() > 3e-3, "{name}: what is known must not widen what is asked");
     }
@@ -33,7 +33,7 @@ fn pivots_are_the_published_ones() {
 fn leaks_are_named() {
     let named = table(include_str!("../data/tests/leaks.csv"));
     for name in names().into_iter().filter(|name| !name.starts_with("cie-")) {
-        match (Passband::named(name).unwrap().leak(), named.get(name)) {
+        match (Passband::by_name(name).unwrap().leak(), named.get(name)) {
             (Some(leak), Some(row)) => {
                 let (throughput, share): (f64, f64) = (row[0].parse().unwrap(), row[1].parse().unwrap());
                 // The largest often stands at the very border of what is far, which both draw between samples of their
@@ -82,7 +82,7 @@ fn vega_has_its_published_magnitudes() {
         ("gaiadr3-RP", 0.356),
     ];
     for (name, magnitude) in published {
-        let own = vega_ab(&Passband::named(name).unwrap());
+        let own = vega_ab(&Passband::by_name(name).unwrap());
         assert!((own - magnitude).abs() < 0.035, "{name}: {own:.3}, published {magnitude}");
     }
 }
@@ -90,7 +90,7 @@ fn vega_has_its_published_magnitudes() {
 /// The colour of a spectrum between two bands, of which Vega has none [mag].
 fn colour(spectrum: impl Fn(f64) -> f64, blue: &str, red: &str) -> f64 {
     let magnitude = |name: &str| {
-        let band = Passband::named(name).unwrap();
+        let band = Passband::by_name(name).unwrap();
         -2.5 * (band.integrate(&spectrum) / band.integrate(|l| vega().unwrap().at(l))).log10()
     };
     magnitude(blue) - magnitude(red)
@@ -135,10 +135,10 @@ fn stars_have_their_published_colours() {
 /// red light comes through a blue filter.
 #[test]
 fn deep_dust_reddens() {
-    let law = Extinction::named("gordon23").unwrap();
+    let law = Extinction::by_name("gordon23").unwrap();
     let spectrum = star("M2V").unwrap();
     let dimmed = |name: &str| {
-        let band = Passband::named(name).unwrap();
+        let band = Passband::by_name(name).unwrap();
         let behind = band.integrate(|l| spectrum.at(l) * 10f64.powf(-4.0 * law.k(l)));
         -2.5 * (behind / band.integrate(|l| spectrum.at(l))).log10()
     };

@@ -9,7 +9,7 @@ use barnard::plan::{Options, Plan};
 use barnard::scene::Scene;
 
 fn named(name: &str, scene: &Scene) -> Result<Box<dyn Backend>> {
-    (Registry::default().named(name)?.open)(scene)
+    (Registry::default().by_name(name)?.open)(scene)
 }
 
 /// The light of a plan of `scene` on the processor.

@@ -48,8 +48,8 @@ impl Run {
 
     /// Black bodies of these temperatures [K] through a named passband under `inverse_wavelength`.
     pub fn passband(name: &str, temperatures: &[f64]) -> Result<Self> {
-        let band = Passband::named(name)?;
-        let law = Extinction::named("inverse_wavelength")?;
+        let band = Passband::by_name(name)?;
+        let law = Extinction::by_name("inverse_wavelength")?;
         let spectrum = |t: &f64| Spectrum::continuous(1.0, std::sync::Arc::new(BlackBody(Temperature(*t))));
         let sources = temperatures.iter().map(|t| Source::new("star", &band, &spectrum(t), &*law, |l| 0.55 / l)).collect();
         let pivot_um = band.pivot().0;

@@ -87,5 +87,5 @@ pub fn filters(set: &str) -> Edit {
         .and(Edit::remove("display", "matrix"))
         .and(Edit::remove("display", "white"))
         .and(Edit::remove("display", "black"))
-        .named("filters")
+        .with_name("filters")
 }

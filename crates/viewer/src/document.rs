@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::Result;
 use barnard::control::Control;
-use barnard::scene::{Loader, Provenance, RayTracer, Scene, Star};
+use barnard::scene::{Loader, Part, Provenance, RayTracer, Scene, Star};
 use barnard::sequence::{Follower, Sequence};
 use barnard_files::{SceneFiles, builtin, toml};
 use spectra::fingerprint::{Digest, Fingerprint};
@@ -422,7 +422,14 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
 
 /// Fingerprint of all that a plan of a scene depends on but the camera, and of the opening of the document.
 fn physics(scene: &Scene, opening: u64) -> Fingerprint {
-    Digest::new("physics").integer(opening).part(scene.parts().physics()).finish()
+    let parts = scene.parts();
+    let mut digest = Digest::new("physics");
+    digest.integer(opening).part(parts.physics());
+    // Stars of a catalogue are where the observation places them.
+    if scene.background.catalogue.is_some() {
+        digest.part(parts.get(Part::Observation));
+    }
+    digest.finish()
 }
 
 /// The text as edits change it.

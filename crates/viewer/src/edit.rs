@@ -76,7 +76,7 @@ impl Edit {
     }
 
     /// Copy of the edit under another name.
-    pub fn named(self, name: impl Into<String>) -> Self {
+    pub fn with_name(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
 

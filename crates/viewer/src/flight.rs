@@ -167,13 +167,13 @@ impl Flight {
 
     /// The edit after which the scene's text is seen from here.
     pub fn edit(&self) -> Edit {
-        self.edit_of("camera").named("camera")
+        self.edit_of("camera").with_name("camera")
     }
 
     /// The edit that writes a bookmark of this view.
     pub fn bookmark(&self, name: &str) -> Edit {
         let place = format!("bookmark.{name}");
-        self.edit_of(&place).named(place)
+        self.edit_of(&place).with_name(place)
     }
 
     /// The view as the keys of a keyframe.

@@ -96,7 +96,7 @@ pub fn begun(of: &str, value: Value, time: f64, holds: bool) -> Edit {
     if holds {
         table.insert("interpolation", Item::Value("step".into()));
     }
-    Edit::push("animation", table).named(format!("track of {of}"))
+    Edit::push("animation", table).with_name(format!("track of {of}"))
 }
 
 /// The keys of a scene that have numbers, and so can change smoothly: what each is called, and what it says.

@@ -321,7 +321,7 @@ impl Registry {
     ///
     /// # Errors
     /// If there is none.
-    pub fn named(&self, name: &str) -> Result<&BackendEntry> {
+    pub fn by_name(&self, name: &str) -> Result<&BackendEntry> {
         let known: Vec<&str> = self.0.iter().map(|b| b.name).collect();
         Ok(self.0.iter().find(|b| b.name == name).ok_or_else(|| SpectraError::unknown("back end", name, &known))?)
     }

@@ -63,7 +63,7 @@ use crate::volume::Volume;
 /// use barnard::prelude::*;
 ///
 /// let camera = |x: f64| Camera::look_at(dvec3(x, 0.0, 5.0), DVec3::ZERO).size(8, 8);
-/// let dust = Dust::new(Fbm::new(3), Extinction::named("draine03_rv31")?, Scale::mag_per_pc(4.0));
+/// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0));
 /// let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
 /// let mut scene = Scene::new(camera(0.0)).bands(passband::set("johnson")?).dust(dust).star(star);
 /// # barnard::plan::sample_functions(&mut scene, &Options::default())?;
@@ -250,7 +250,7 @@ impl Plan {
     #[doc(hidden)]
     #[must_use]
     pub fn with_space(self, space: Arc<SpatialPlan>) -> Self {
-        Self { space, ..self }
+        Self { parts: self.parts.with_stars(&space.stars), space, ..self }
     }
 
     /// Looks from elsewhere; all that space and spectra decide stays.

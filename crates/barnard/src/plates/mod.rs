@@ -99,7 +99,7 @@ pub struct Record {
 /// use barnard::prelude::*;
 ///
 /// let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8);
-/// let dust = Dust::new(Fbm::new(3), Extinction::named("draine03_rv31")?, Scale::mag_per_pc(4.0)).albedo(0.6);
+/// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0)).albedo(0.6);
 /// let star = |kelvin| Star::blackbody(Temperature(kelvin), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
 /// let mut scene = Scene::new(camera).bands(passband::set("johnson")?).dust(dust).star(star(15_000.0));
 /// let control = Control::default();

@@ -38,7 +38,7 @@ impl Bench {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, options) = self.scene.load_for(&self.backend)?;
         let scene = scene.for_files(false, false, options.memory_limit)?;
-        let entry = *registry().named(&self.backend)?;
+        let entry = *registry().by_name(&self.backend)?;
         let mut backend = (entry.open)(&scene)?;
         let on_device = entry.device != DeviceUse::Never;
         let device = if on_device { "GPU" } else { "CPU" };

@@ -26,7 +26,7 @@ impl List {
             Some(name) if name == "backends" => {
                 registry().entries().iter().map(|entry| (entry.name.to_owned(), entry.summary.to_owned())).collect()
             }
-            Some(name) => (Catalogue::named(name)?.rows)(),
+            Some(name) => (Catalogue::by_name(name)?.rows)(),
         };
         let mut out = std::io::stdout().lock();
         if self.json {

@@ -81,7 +81,7 @@ impl Observe {
         Exposures::check(&instrument, &scene.camera, scene.observation, &scene.bands)?;
         let control = progress::control()?;
         let start = Instant::now();
-        let mut backend = (registry().named(&self.backend)?.open)(&scene)?;
+        let mut backend = (registry().by_name(&self.backend)?.open)(&scene)?;
         let (image, _) = backend.render(&Job::new(&scene, &options)?, &control)?;
         let rendered = start.elapsed().as_secs_f64();
         let start = Instant::now();

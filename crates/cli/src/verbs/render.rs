@@ -103,7 +103,7 @@ impl Render {
 
     /// Renders frame after frame.
     fn sequence(&self) -> anyhow::Result<ExitCode> {
-        if !registry().named(&self.backend)?.planned {
+        if !registry().by_name(&self.backend)?.planned {
             bail!("--frames is not supported by --backend {}; use cpu or gpu", self.backend);
         }
         let (file, mut options) = self.scene.open_with(&self.backend, self.changes())?;
@@ -187,7 +187,7 @@ impl Render {
     }
 
     fn open(&self, scene: &Scene) -> anyhow::Result<Box<dyn Backend>> {
-        Ok((registry().named(&self.backend)?.open)(scene)?)
+        Ok((registry().by_name(&self.backend)?.open)(scene)?)
     }
 
     /// The flags that stand for keys of the scene, as changes of those keys.

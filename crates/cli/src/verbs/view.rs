@@ -54,7 +54,7 @@ impl View {
             (None, Some(name)) => Some(Origin::Builtin(barnard_files::builtin::entry(&name)?.name)),
             (None, None) => None,
         };
-        let backend = *registry().named(&self.backend)?;
+        let backend = *registry().by_name(&self.backend)?;
         let start = Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)?, timings: self.timings };
         open(start).map_err(|e| match e {
             ViewerError::Scene(error) => anyhow::Error::from(error),

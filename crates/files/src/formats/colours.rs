@@ -39,7 +39,7 @@ mod tests {
         let linear = |v: f64| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
         let values: Vec<f64> = (0..width).map(|i| linear(srgb(i))).chain([0.0, 1.0]).collect();
         let mut image = Image::bare(width + 2, 1, vec!["a".into()], Samples::Double(values));
-        let stretch = Stretch::named("linear", None).unwrap();
+        let stretch = Stretch::by_name("linear", None).unwrap();
         image.display = Display { palette: Palette { columns: vec![[1.0; 3]] }, stretch, white: Level::Radiance(1.0), ..Display::grey(1) };
         let (bytes, words) = (bytes(&image), words(&image));
         assert_eq!((&bytes[3 * width..], bytes.len()), (&[0, 0, 0, 255, 255, 255][..], 3 * (width + 2)));

@@ -171,10 +171,10 @@ fn passes_settle() {
     let truth = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let mut renderer = Renderer::new(&gpu, &plan, Tuning::default()).unwrap();
     let tone = Tone {
-        palette: Palette::named("natural", &scene.bands).unwrap(),
+        palette: Palette::by_name("natural", &scene.bands).unwrap(),
         black: 0.0,
         white: 1e-5,
-        stretch: Stretch::named("asinh", None).unwrap(),
+        stretch: Stretch::by_name("asinh", None).unwrap(),
     };
     let image = |data: &[f32]| {
         let mut image = Image::bare(24, 24, vec!["B".into(), "V".into()], Samples::Single(data.to_vec()));
@@ -214,7 +214,7 @@ fn passes_settle() {
     control.interrupt();
     assert!(renderer.refine(&control).is_err());
     assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);
-    let other = Tone { palette: Palette::named("grey", &scene.bands[..1]).unwrap(), ..tone };
+    let other = Tone { palette: Palette::by_name("grey", &scene.bands[..1]).unwrap(), ..tone };
     assert!(renderer.resolve(&other).err().unwrap().to_string().contains("1 bands, the picture has 2"));
     renderer.update(&plan).unwrap();
     assert_eq!(renderer.refine(&Control::default()).unwrap(), 0);

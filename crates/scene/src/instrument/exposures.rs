@@ -319,7 +319,7 @@ mod tests {
     /// Parallel rays from a distance are a narrow view; even light stays even through any optics, and is electrons of its photons.
     #[test]
     fn even_light_is_even() {
-        let bands = [Passband::named("johnson-V").unwrap()];
+        let bands = [Passband::by_name("johnson-V").unwrap()];
         let flat = Camera::look_at(DVec3::Z, DVec3::ZERO).orthographic_pc(1.0).size(24, 24);
         let image =
             Image { observation: Some(Observation { distance_pc: Some(1000.0), ..Observation::default() }), ..picture(&flat, 3e-7) };
@@ -340,7 +340,7 @@ mod tests {
     /// integral of a Gaussian over them, wherever in a pixel the star stands, on pixels of the picture's size and on larger ones.
     #[test]
     fn stars_are_as_sharp_as_optics_make_them() {
-        let bands = [Passband::named("johnson-V").unwrap()];
+        let bands = [Passband::by_name("johnson-V").unwrap()];
         let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(0.01).size(48, 48);
         let (dark, flux) = (picture(&camera, 0.0), 1e-12);
         let below = Pixels::of(&dark).unwrap();
@@ -381,7 +381,7 @@ mod tests {
     /// Kernels that are kept are those of other optics or pixels no more: light is spread as if they were made anew, bit by bit.
     #[test]
     fn kernels_are_kept() {
-        let bands = [Passband::named("johnson-B").unwrap(), Passband::named("johnson-V").unwrap()];
+        let bands = [Passband::by_name("johnson-B").unwrap(), Passband::by_name("johnson-V").unwrap()];
         let image = |size: usize, field: f64| {
             let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(field).size(size, size);
             let names = bands.iter().map(|band| band.name().to_owned()).collect();
@@ -434,7 +434,7 @@ mod tests {
             }
         }
         let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(1.0).size(9, 9);
-        let bands = [Passband::named("johnson-V").unwrap()];
+        let bands = [Passband::by_name("johnson-V").unwrap()];
         for (mut kernels, wanted) in [(Kernels::within(1 << 20), 1), (Kernels::within(100), 3), (Kernels::default(), 3)] {
             let counted = Arc::new(Counted::default());
             let instrument = Arc::new(Instrument { psf: vec![counted.clone()], ..Instrument::of_aperture(1.0) });
@@ -464,7 +464,7 @@ mod tests {
         let mut image = picture(&camera, 0.0);
         image.samples.add(4 * 9 + 6, 1e-6);
         let instrument = Arc::new(Instrument { psf: vec![Arc::new(Left)], ..Instrument::of_aperture(1.0) });
-        let exposures = Exposures::new(instrument, &image, &[Passband::named("johnson-V").unwrap()], &Control::default()).unwrap();
+        let exposures = Exposures::new(instrument, &image, &[Passband::by_name("johnson-V").unwrap()], &Control::default()).unwrap();
         // What stays is as bright as the point was: as much more would have come from beyond the edge.
         let (moved, stayed) = (exposures.source(0, 4 * 9 + 2), exposures.source(0, 4 * 9 + 6));
         let rest: f64 = (0..81).filter(|i| ![38, 42].contains(i)).map(|i| exposures.source(0, i)).sum();

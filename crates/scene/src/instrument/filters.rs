@@ -29,7 +29,7 @@ impl Instrument {
     /// Refuses passbands of the catalogue that belong to other instruments; those that a scene defines itself are taken to be its own.
     pub(super) fn check_filters(&self, bands: &[Passband]) -> Result<()> {
         let is_own = |band: &Passband| self.filters.is_empty() || self.filters.iter().any(|filters| filters.has(band));
-        let is_foreign = |band: &&Passband| !is_own(band) && Passband::named(band.name()).is_ok();
+        let is_foreign = |band: &&Passband| !is_own(band) && Passband::by_name(band.name()).is_ok();
         let Some(foreign) = bands.iter().find(is_foreign).filter(|_| !self.allow_foreign_filters) else { return Ok(()) };
         let own = passbands(|name| self.filters.iter().any(|filters| name.starts_with(filters.family)));
         let own: Vec<String> = own.into_iter().filter(is_own).map(|band| band.name().to_owned()).collect();
@@ -45,7 +45,7 @@ impl Instrument {
 /// The passbands of the catalogue with some names, by wavelength.
 fn passbands(is_wanted: impl Fn(&str) -> bool) -> Vec<Passband> {
     let names = spectra::passband::names().into_iter().filter(|name| is_wanted(name));
-    let mut all: Vec<Passband> = names.filter_map(|name| Passband::named(name).ok()).collect();
+    let mut all: Vec<Passband> = names.filter_map(|name| Passband::by_name(name).ok()).collect();
     all.sort_by(|a, b| a.pivot().0.total_cmp(&b.pivot().0));
     all
 }
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn filters_of_others_are_refused() {
         let own = preset("hst-wfc3-uvis").unwrap();
-        let band = |name: &str| Passband::named(name).unwrap();
+        let band = |name: &str| Passband::by_name(name).unwrap();
         for name in ["hst-wfc3-f656n", "hst-wfc3-f225w", "hst-wfc3-f953n"] {
             assert!(own.check_filters(&[band(name)]).is_ok(), "{name}");
         }
@@ -73,7 +73,7 @@ mod tests {
         assert!(short.check_filters(&[band("jwst-nircam-f200w")]).is_ok() && short.check_filters(&[band("jwst-nircam-f444w")]).is_err());
         assert!(Instrument::of_aperture(1.0).check_filters(&[band("johnson-V")]).is_ok());
         // One's own curve is one's own filter.
-        let measured = Passband::named("johnson-V").unwrap().renamed("my V");
+        let measured = Passband::by_name("johnson-V").unwrap().renamed("my V");
         assert!(own.check_filters(&[measured]).is_ok());
     }
 }

@@ -192,7 +192,7 @@ mod tests {
     fn vega_is_a_thousand_photons() {
         use spectra::passband::Passband;
         use spectra::sed::{MagnitudeSystem, zero_point};
-        let band = Passband::named("johnson-V").unwrap();
+        let band = Passband::by_name("johnson-V").unwrap();
         let whole = Instrument { collecting_area_m2: Some(1.0), ..Instrument::of_aperture(1.0) };
         let electrons = whole.electrons(band.pivot().0) * zero_point(&band, MagnitudeSystem::Vega).unwrap();
         let each = electrons / (1e4 * band.integrate(|l| band.pivot().0 / l) * 1e4);

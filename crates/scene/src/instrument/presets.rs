@@ -112,7 +112,7 @@ pub const PRESETS: &[Preset] = &[
             obstruction: 0.33,
             collecting_area_m2: Some(4.5239),
             psf: vec![
-                Arc::new(Airy { optics: optics::named("hubble").ok(), ..Airy::default() }),
+                Arc::new(Airy { optics: optics::by_name("hubble").ok(), ..Airy::default() }),
                 Arc::new(Gaussian { fwhm_rad: 0.04 * ARCSEC, ..Gaussian::default() }),
             ],
             filters: &[Filters { family: "hst-wfc3-", um: (0.19, 0.97) }],
@@ -200,7 +200,7 @@ fn webb(pixel: f64, gain: f64, read_noise: f64, dark_current: f64, full_well: f6
     Instrument {
         collecting_area_m2: Some(25.4),
         // The pupil is drawn in a circle of 6.6 m.
-        psf: vec![Arc::new(Airy { optics: optics::named("webb").ok(), ..Airy::default() })],
+        psf: vec![Arc::new(Airy { optics: optics::by_name("webb").ok(), ..Airy::default() })],
         pixel_rad: Some(pixel * ARCSEC),
         filters,
         sky: Sky::zodiacal(22.7),
@@ -234,7 +234,7 @@ mod tests {
             instrument.check().unwrap();
             let named = if let Brightness::ByName(named) = instrument.sky.brightness { named } else { &[] };
             for name in named.iter().map(|(name, _)| *name).chain(instrument.detector.mosaic.iter().flatten().map(String::as_str)) {
-                assert!(Passband::named(name).is_ok(), "{}: {name}", row.name);
+                assert!(Passband::by_name(name).is_ok(), "{}: {name}", row.name);
             }
             // A pupil whose name were misspelt would be a round one.
             for (telescope, optics) in [("hst", "hubble"), ("jwst", "webb")] {
@@ -251,7 +251,7 @@ mod tests {
         use spectra::passband::Passband;
         use spectra::sed::{MagnitudeSystem, zero_point};
         for (name, band, wanted) in [("hst-wfc3-uvis", "hst-wfc3-f606w", 26.08), ("rubin-lsstcam", "lsst2023-r", 28.36)] {
-            let (instrument, band) = (preset(name).unwrap(), Passband::named(band).unwrap());
+            let (instrument, band) = (preset(name).unwrap(), Passband::by_name(band).unwrap());
             let electrons = instrument.electrons(band.pivot().0) * zero_point(&band, MagnitudeSystem::Ab).unwrap();
             let zero = 2.5 * electrons.log10();
             assert!((zero - wanted).abs() < 0.1, "{name}: {zero}");

@@ -112,7 +112,7 @@ impl Sky {
 
 /// Magnitude of the passband with this name, or of the nearest in wavelength.
 fn nearest(named: &[(&str, f64)], band: &Passband) -> f64 {
-    let apart = |name: &str| match Passband::named(name) {
+    let apart = |name: &str| match Passband::by_name(name) {
         _ if name == band.name() => -1.0,
         Ok(own) => (own.pivot().0 / band.pivot().0).ln().abs(),
         Err(_) => f64::INFINITY,
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn skies_are_as_bright_as_said() {
         use spectra::sed::{MagnitudeSystem, zero_point};
-        let band = |name: &str| Passband::named(name).unwrap();
+        let band = |name: &str| Passband::by_name(name).unwrap();
         let star = zero_point(&band("johnson-V"), MagnitudeSystem::Ab).unwrap() * 10f64.powf(-0.4 * 21.0);
         let own = Sky::even(21.0).radiance(&band("johnson-V"), 0, 1).unwrap() * (std::f64::consts::PI / 648_000.0).powi(2);
         assert!((own / star - 1.0).abs() < 1e-9, "{own} {star}");

@@ -159,7 +159,7 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
 pub fn law(scene: &Scene) -> Result<std::sync::Arc<Extinction>> {
     Ok(match &scene.dust {
         Some(dust) => dust.extinction.clone(),
-        None => std::sync::Arc::new(Extinction::named("inverse_wavelength")?),
+        None => std::sync::Arc::new(Extinction::by_name("inverse_wavelength")?),
     })
 }
 

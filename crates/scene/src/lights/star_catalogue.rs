@@ -273,7 +273,7 @@ mod tests {
     /// Stars have the magnitudes that were said in both passbands, and black bodies of a temperature between two rungs nearly their colours.
     #[test]
     fn stars_have_their_magnitudes() {
-        let named = |name: &str| Passband::named(name).unwrap();
+        let named = |name: &str| Passband::by_name(name).unwrap();
         let (v, b) = (named("johnson-V"), named("johnson-B"));
         let system = MagnitudeSystem::Vega;
         let mut two = Builder::new(Photometry::new(named("johnson-V"), Some(&b), system).unwrap());

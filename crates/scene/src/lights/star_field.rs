@@ -27,7 +27,7 @@ pub const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0
 /// # Errors
 /// If Vega's flux is not known through V, which a test rules out.
 pub fn field_classes() -> Result<Vec<StarClass>> {
-    let v = Passband::named("johnson-V")?;
+    let v = Passband::by_name("johnson-V")?;
     let flux = zero_point(&v, MagnitudeSystem::Vega)?;
     CLASSES
         .iter()

@@ -45,7 +45,7 @@ pub(super) const KINDS: &[Kind<Named>] = &[
         summary: "an embedded passband",
         keys: &[PASSBAND.row],
         build: |section, _| {
-            let band = section.wrap(&PASSBAND, Passband::named(section.read(&PASSBAND)?))?;
+            let band = section.wrap(&PASSBAND, Passband::by_name(section.read(&PASSBAND)?))?;
             Ok(Box::new(move |name, _| Ok(band.renamed(name))))
         },
     },
@@ -166,7 +166,7 @@ fn named(root: &Section, names: &[&str]) -> Result<Vec<Passband>> {
         if passband::SETS.iter().any(|s| s.name == *name) {
             bands.extend(root.wrap("bands", passband::set(name))?);
         } else if passband::names().contains(name) {
-            bands.push(root.wrap("bands", Passband::named(name))?);
+            bands.push(root.wrap("bands", Passband::by_name(name))?);
         } else {
             let known: Vec<&str> = passband::SETS.iter().map(|s| s.name).chain(passband::names()).collect();
             return root.wrap("bands", Err(spectra::SpectraError::unknown("passband or set", name, &known)));

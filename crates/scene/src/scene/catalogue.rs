@@ -269,7 +269,7 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
     let mut bands: Vec<(usize, Passband)> = Vec::new();
     if let Some(column) = find(&["magnitude", "mag"]) {
         let name = section.read(&MAGNITUDE_BAND)?;
-        bands.push((column, section.wrap(&MAGNITUDE_BAND, Passband::named(name))?));
+        bands.push((column, section.wrap(&MAGNITUDE_BAND, Passband::by_name(name))?));
     } else {
         section.refuse(&[&MAGNITUDE_BAND.row], "a column \"magnitude\"")?;
     }
@@ -278,12 +278,12 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
         let meant = MAGNITUDES.iter().find(|(own, _)| is_named(own)).map(|(_, band)| *band);
         let own = meant.or_else(|| passband::names().into_iter().find(|band| band.eq_ignore_ascii_case(name)));
         if let Some(band) = own.filter(|band| bands.iter().all(|(_, known)| known.name() != *band)) {
-            bands.push((column, section.wrap(&FILE, Passband::named(band))?));
+            bands.push((column, section.wrap(&FILE, Passband::by_name(band))?));
         }
     }
     let colour = find(&COLOURS).filter(|_| bands.len() == 1 && bands[0].1.name() == "johnson-V");
     if let Some(column) = colour {
-        bands.push((column, section.wrap(&FILE, Passband::named("johnson-B"))?));
+        bands.push((column, section.wrap(&FILE, Passband::by_name("johnson-B"))?));
     }
     if bands.is_empty() {
         let survey = names.iter().find(|name| SURVEY_MAGNITUDES.contains(*name));

@@ -29,10 +29,10 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
     section.check(KEYS)?;
     let palette = match (section.read(&MATRIX)?, section.read(&PALETTE)?) {
         (Some(numbers), _) => matrix(section, &numbers, bands.len())?,
-        (None, Some(name)) => section.wrap(&PALETTE, Palette::named(name, bands))?,
+        (None, Some(name)) => section.wrap(&PALETTE, Palette::by_name(name, bands))?,
         (None, None) => Display::of(bands).palette,
     };
-    let stretch = Stretch::named(section.read(&STRETCH)?, section.read(&STRENGTH)?);
+    let stretch = Stretch::by_name(section.read(&STRETCH)?, section.read(&STRENGTH)?);
     let level = |key| Ok::<_, crate::Error>(section.stated(key)?.map_or(Level::Auto, Level::Radiance));
     let (black, white) = (level(&BLACK)?, level(&WHITE)?);
     if let (Level::Radiance(b), Level::Radiance(w)) = (black, white)

@@ -18,7 +18,7 @@ pub(super) const KEYS: &[KeyRow] = &[OPTICS.row, SIZE.row, ROTATION.row, SEEING.
 
 pub(super) fn build(section: &Section) -> Result<Glare> {
     section.check(KEYS)?;
-    let optics = section.wrap(&OPTICS, optics::named(section.read(&OPTICS)?))?;
+    let optics = section.wrap(&OPTICS, optics::by_name(section.read(&OPTICS)?))?;
     Ok(Glare {
         optics,
         size: section.read(&SIZE)?,

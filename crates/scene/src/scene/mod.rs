@@ -188,7 +188,7 @@ impl Scene {
 
     /// Copy of the scene under another name.
     #[must_use]
-    pub fn named(self, name: impl Into<String>) -> Self {
+    pub fn with_name(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
 

@@ -57,7 +57,7 @@ impl Scene {
 pub(super) fn build(section: Option<&Section>) -> Result<Output> {
     let Some(section) = section else { return Ok(Output::default()) };
     section.check(KEYS)?;
-    let layers = LayerChoice::named(&section.read(&LAYERS)?);
+    let layers = LayerChoice::by_names(&section.read(&LAYERS)?);
     let layers = layers.map_err(|message| section.error(&LAYERS, message))?;
     Ok(Output {
         layers,

@@ -71,7 +71,7 @@ impl Scene {
                 Part::Backend => digest.plain(&self.method.backends),
                 Part::View => digest.plain(&self.camera),
                 Part::Display => digest.plain(&self.display),
-                Part::Observation => digest.plain(&self.observation),
+                Part::Observation => digest.plain(&self.observation).plain(&self.background.catalogue.as_ref().map(|placed| placed.axes)),
                 Part::Instrument => self.instrument(&mut digest),
                 Part::Output => digest.plain(&self.output),
             }
@@ -116,8 +116,8 @@ impl Scene {
         if let Some(spectrum) = spectrum {
             digest.text("background").part(spectrum.fingerprint());
         }
-        if let Some(PlacedCatalogue { catalogue, axes }) = catalogue {
-            digest.plain(axes).part(catalogue.fingerprint());
+        if let Some(PlacedCatalogue { catalogue, .. }) = catalogue {
+            digest.part(catalogue.fingerprint());
         }
         digest.plain(star_field).plain(&self.spectrograph)
     }

@@ -323,7 +323,7 @@ pub const TABLES: &[TableRow] = &[
 
 impl TableRow {
     /// The row of a table called `path`; none where a scene has no such table.
-    pub fn named(path: &str) -> Option<&'static TableRow> {
+    pub fn by_name(path: &str) -> Option<&'static TableRow> {
         let is = |row: &&TableRow| match row.path.strip_suffix(".*") {
             Some(parent) => path.strip_prefix(parent).is_some_and(|rest| rest.starts_with('.')),
             None => row.path == path,

@@ -68,7 +68,7 @@ impl Star {
 
     /// Copy of the star under another name.
     #[must_use]
-    pub fn named(self, name: impl Into<String>) -> Self {
+    pub fn with_name(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
     }
 
@@ -235,7 +235,7 @@ fn scale(section: &Section) -> Result<Scale> {
     if let Some(luminosity) = section.read(&SPECTRAL_LUMINOSITY)? {
         return Ok(Scale::SpectralLuminosity(luminosity, section.read(&WAVELENGTH)?));
     }
-    let band = section.wrap(&MAGNITUDE_BAND, Passband::named(section.read(&MAGNITUDE_BAND)?))?;
+    let band = section.wrap(&MAGNITUDE_BAND, Passband::by_name(section.read(&MAGNITUDE_BAND)?))?;
     let system = magnitude_system(section, &[&band])?;
     Ok(Scale::Magnitude(section.need(&MAGNITUDE)?, Box::new(band), section.need(&DISTANCE)?, system, foreground(section)?))
 }
@@ -259,5 +259,5 @@ pub(super) fn magnitude_system(section: &Section, bands: &[&Passband]) -> Result
 fn foreground(section: &Section) -> Result<Option<Foreground>> {
     let Some(extinction) = section.stated(&EXTINCTION)? else { return Ok(None) };
     let law = section.read(&EXTINCTION_LAW)?;
-    Ok(Some(Foreground { extinction, law: Arc::new(section.wrap(&EXTINCTION_LAW, Extinction::named(law))?) }))
+    Ok(Some(Foreground { extinction, law: Arc::new(section.wrap(&EXTINCTION_LAW, Extinction::by_name(law))?) }))
 }

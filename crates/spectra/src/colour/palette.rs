@@ -42,7 +42,7 @@ impl Palette {
     ///
     /// # Errors
     /// If there is no such palette, or it is made for other bands.
-    pub fn named(name: &str, bands: &[Passband]) -> Result<Self> {
+    pub fn by_name(name: &str, bands: &[Passband]) -> Result<Self> {
         let known: Vec<&str> = PALETTES.iter().map(|p| p.name).collect();
         let entry = PALETTES.iter().find(|p| p.name == name).ok_or_else(|| SpectraError::unknown("palette", name, &known))?;
         Ok(Self { columns: (entry.build)(bands)? })
@@ -154,7 +154,7 @@ mod tests {
                 "sho" => "sho-3nm",
                 _ => "johnson",
             };
-            assert!(Palette::named(entry.name, &set(name).unwrap()).is_ok(), "{}", entry.name);
+            assert!(Palette::by_name(entry.name, &set(name).unwrap()).is_ok(), "{}", entry.name);
         }
     }
 
@@ -163,7 +163,7 @@ mod tests {
     fn hoo_finds_its_lines_among_more() {
         for name in ["sho-3nm", "hst-wfc3-sho"] {
             let bands = set(name).unwrap();
-            let palette = Palette::named("hoo", &bands).unwrap();
+            let palette = Palette::by_name("hoo", &bands).unwrap();
             for (band, column) in bands.iter().zip(&palette.columns) {
                 let wanted = match band.pivot().nm() {
                     nm if nm < 510.0 => [0.0, 1.0, 1.0],
@@ -173,26 +173,26 @@ mod tests {
                 assert_eq!(*column, wanted, "{}", band.name());
             }
         }
-        assert!(Palette::named("hoo", &set("johnson").unwrap()).is_err());
+        assert!(Palette::by_name("hoo", &set("johnson").unwrap()).is_err());
     }
 
     #[test]
     fn johnson_is_blue_green_red() {
         for name in ["natural", "rgb"] {
-            let columns = Palette::named(name, &set("johnson").unwrap()).unwrap().columns;
+            let columns = Palette::by_name(name, &set("johnson").unwrap()).unwrap().columns;
             assert!(columns[0][2] > columns[0][0] && columns[1][1] > columns[1][2] && columns[2][0] > columns[2][2], "{name} {columns:?}");
         }
     }
 
     #[test]
     fn hubble_palette_is_sho() {
-        let palette = Palette::named("sho", &set("sho-3nm").unwrap()).unwrap();
+        let palette = Palette::by_name("sho", &set("sho-3nm").unwrap()).unwrap();
         assert_eq!(palette.rgb([0.1, 0.2, 0.3].into_iter()), [0.3, 0.2, 0.1]);
-        assert!(Palette::named("sho", &set("johnson-cousins").unwrap()).is_err());
+        assert!(Palette::by_name("sho", &set("johnson-cousins").unwrap()).is_err());
     }
 
     #[test]
     fn infrared_has_no_natural_colour() {
-        assert!(Palette::named("natural", &set("2mass").unwrap()).is_err());
+        assert!(Palette::by_name("natural", &set("2mass").unwrap()).is_err());
     }
 }

@@ -75,7 +75,7 @@ impl Stretch {
     ///
     /// # Errors
     /// If there is no such stretch, or its parameter lies outside of what it takes.
-    pub fn named(name: &str, strength: Option<f64>) -> Result<Self> {
+    pub fn by_name(name: &str, strength: Option<f64>) -> Result<Self> {
         let known: Vec<&str> = STRETCHES.iter().map(|s| s.name).collect();
         let entry = STRETCHES.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("stretch", name, &known))?;
         let strength = strength.unwrap_or(entry.default_strength);
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn every_stretch_goes_from_black_to_white_and_ascends() {
         for entry in STRETCHES {
-            let stretch = Stretch::named(entry.name, None).unwrap();
+            let stretch = Stretch::by_name(entry.name, None).unwrap();
             assert!(stretch.apply(0.0).abs() < 1e-12 && (stretch.apply(1.0) - 1.0).abs() < 1e-12, "{}", entry.name);
             assert!((0..100).all(|i| stretch.apply(i as f64 / 100.0) < stretch.apply((i + 1) as f64 / 100.0)), "{}", entry.name);
         }
@@ -124,12 +124,12 @@ mod tests {
 
     #[test]
     fn midtone_maps_its_parameter_to_one_half() {
-        assert!((Stretch::named("midtone", Some(0.2)).unwrap().apply(0.2) - 0.5).abs() < 1e-12);
+        assert!((Stretch::by_name("midtone", Some(0.2)).unwrap().apply(0.2) - 0.5).abs() < 1e-12);
     }
 
     #[test]
     fn overexposure_pales() {
-        let stretch = Stretch::named("asinh", None).unwrap();
+        let stretch = Stretch::by_name("asinh", None).unwrap();
         let rgb = stretch.apply_rgb([1000.0, 300.0, 100.0]);
         assert!(rgb.iter().all(|v| *v > 0.99 && *v <= 1.0));
         assert!(stretch.apply_rgb([1.0, 0.3, 0.1])[2] < 0.2);
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn hue_stays() {
-        let rgb = Stretch::named("asinh", None).unwrap().apply_rgb([0.02, 0.01, 0.005]);
+        let rgb = Stretch::by_name("asinh", None).unwrap().apply_rgb([0.02, 0.01, 0.005]);
         assert!((rgb[0] / rgb[1] - 2.0).abs() < 1e-12 && rgb[0] > 0.1);
     }
 }

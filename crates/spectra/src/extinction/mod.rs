@@ -131,7 +131,7 @@ impl Extinction {
     ///
     /// # Errors
     /// If there is none of that name.
-    pub fn named(name: &str) -> Result<Self> {
+    pub fn by_name(name: &str) -> Result<Self> {
         Self::with_r_v(name, None)
     }
 
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn every_law_is_near_one_at_v_and_falls_to_the_red() {
         for entry in LAWS {
-            let law = Extinction::named(entry.name).unwrap();
+            let law = Extinction::by_name(entry.name).unwrap();
             assert!((law.k(0.55) - 1.0).abs() < 0.025, "{}: {}", entry.name, law.k(0.55));
             assert!(law.k(0.44) > law.k(0.55) && law.k(0.55) > law.k(0.8), "{}", entry.name);
         }
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn ranges_are_enforced() {
         for entry in LAWS {
-            let law = Extinction::named(entry.name).unwrap();
+            let law = Extinction::by_name(entry.name).unwrap();
             let (low, high) = law.range_um();
             assert!(law.check("x", low, high).is_ok(), "{}", entry.name);
             assert!(law.check("x", low * 0.99, high).is_err() || low == 0.0, "{}", entry.name);
@@ -240,7 +240,7 @@ mod tests {
         assert_eq!(grains("inverse_wavelength", None), None);
         // They reach wherever a law of the Milky Way does.
         for entry in LAWS.iter().filter(|entry| matches!(entry.maker, Maker::RatioOfV { .. })) {
-            let law = Extinction::named(entry.name).unwrap();
+            let law = Extinction::by_name(entry.name).unwrap();
             let ((low, high), (least, most)) = (law.range_um(), law.grains().unwrap().albedo.range());
             assert!(least <= low && most >= high, "{}", entry.name);
         }
@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn unknown_names_are_answered_with_the_nearest() {
-        let message = Extinction::named("ccm98").unwrap_err().to_string();
+        let message = Extinction::by_name("ccm98").unwrap_err().to_string();
         assert!(message.contains("ccm89"), "{message}");
     }
 }

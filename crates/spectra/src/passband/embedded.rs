@@ -151,7 +151,7 @@ pub const SETS: &[SetEntry] = &[
 pub fn set(name: &str) -> Result<Vec<Passband>> {
     let known: Vec<&str> = SETS.iter().map(|s| s.name).collect();
     let entry = SETS.iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("passband set", name, &known))?;
-    entry.bands.iter().map(|b| Passband::named(b)).collect()
+    entry.bands.iter().map(|b| Passband::by_name(b)).collect()
 }
 
 /// The place of one curve in its file.
@@ -190,7 +190,7 @@ pub(super) fn named(name: &str) -> Result<Passband> {
     }
     let section = sections().iter().find(|s| s.name == name).ok_or_else(|| SpectraError::unknown("passband", name, &names()))?;
     let (x, y) = rows(name, section.body, 2)?.iter().map(|r| (r[0] * 1e-3, r[1])).unzip();
-    Passband::new(name, Counting::named(section.counting)?, Table::new(name, x, y)?)
+    Passband::new(name, Counting::by_name(section.counting)?, Table::new(name, x, y)?)
 }
 
 #[cfg(test)]
@@ -205,7 +205,7 @@ mod tests {
             for head in family.text.lines().filter_map(|l| l.strip_prefix("@ ")) {
                 let words: Vec<&str> = head.split_whitespace().collect();
                 let stated: f64 = words[2].strip_prefix("pivot_nm=").unwrap().parse().unwrap();
-                let band = Passband::named(words[0]).unwrap();
+                let band = Passband::by_name(words[0]).unwrap();
                 assert!((band.pivot().nm() / stated - 1.0).abs() < 1e-7, "{}: {} {stated}", words[0], band.pivot().nm());
                 count += 1;
             }
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn unknown_passbands_are_answered() {
-        let message = Passband::named("hst-wfc3-f656").unwrap_err().to_string();
+        let message = Passband::by_name("hst-wfc3-f656").unwrap_err().to_string();
         assert!(message.contains("hst-wfc3-f656n"), "{message}");
     }
 }

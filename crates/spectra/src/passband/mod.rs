@@ -52,7 +52,7 @@ impl Counting {
     ///
     /// # Errors
     /// If there is none of that name.
-    pub fn named(name: &str) -> Result<Self> {
+    pub fn by_name(name: &str) -> Result<Self> {
         match name {
             "energy" => Ok(Counting::Energy),
             "photon" => Ok(Counting::Photon),
@@ -180,7 +180,7 @@ impl Passband {
     ///
     /// # Errors
     /// If there is none of that name.
-    pub fn named(name: &str) -> Result<Self> {
+    pub fn by_name(name: &str) -> Result<Self> {
         embedded::named(name)
     }
 

@@ -188,7 +188,7 @@ mod tests {
     /// The rule of a top hat of 10 nm around `centre_um`, among bands from 400 to 1000 nm, for a black body through
     /// depths up to 12; its certificate holds with each of `variants` as well.
     fn solved(centre_um: f64, k: &(dyn Fn(f64) -> f64 + Sync), variants: Vec<Factor>, count: Option<usize>) -> BandRule {
-        let law = Extinction::named("ccm89").unwrap();
+        let law = Extinction::by_name("ccm89").unwrap();
         let spectrum = Spectrum::continuous(1.0, std::sync::Arc::new(BlackBody(Temperature(9000.0))));
         let shape = Window::TopHat { centre: Wavelength(centre_um), width: Wavelength(0.01) };
         let band = window("narrow", Counting::Energy, shape).unwrap();
@@ -213,7 +213,7 @@ mod tests {
     /// dark, at the ends, and where W has one more factor. With nodes twice as far apart they miss it.
     #[test]
     fn narrow_bands_share_their_nodes() {
-        let law = Extinction::named("ccm89").unwrap();
+        let law = Extinction::by_name("ccm89").unwrap();
         let worst = |count: Option<usize>| {
             let of_band = |i: usize| {
                 let solved =

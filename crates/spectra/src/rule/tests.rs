@@ -42,7 +42,7 @@ fn solve_with(
     accuracy: f64,
     count: Option<usize>,
 ) -> (BandRule, Vec<Source>) {
-    let law = Extinction::named(law_name).unwrap();
+    let law = Extinction::by_name(law_name).unwrap();
     let sources = sources(band, spectra, &law);
     let k = |l: f64| law.k(l);
     let settings = Settings { count, ..Settings::default() };
@@ -58,7 +58,7 @@ fn band_quadrature_converges_as_designed() {
     for (name, errors) in
         [("johnson-B", [2e-2, 1e-3, 6e-5, 2e-6]), ("johnson-V", [8e-3, 8e-5, 5e-7, 1e-8]), ("cousins-R", [1e-2, 2e-4, 1e-6, 1e-8])]
     {
-        let band = Passband::named(name).unwrap();
+        let band = Passband::by_name(name).unwrap();
         for (n, expected) in errors.iter().enumerate() {
             let (rule, _) = solve_with("band_quadrature", &band, &black_bodies(), "inverse_wavelength", 0.0, Some(n + 1));
             assert!(rule.worst() < 3.0 * expected, "{name} with {} nodes: {:e}, designed {expected:e}", n + 1, rule.worst());
@@ -76,11 +76,11 @@ fn law_of<'a>(entry: &RuleEntry, other: &'a str) -> &'a str {
 fn every_certificate_is_honest() {
     for entry in RULES {
         for name in ["johnson-B", "hst-wfc3-f656n", "sdss2010-r"] {
-            let band = Passband::named(name).unwrap();
+            let band = Passband::by_name(name).unwrap();
             let spectra = black_bodies();
             let law_name = law_of(entry, "gordon23");
             let (rule, _) = solve_with(entry.name, &band, &spectra, law_name, 1e-3, None);
-            let law = Extinction::named(law_name).unwrap();
+            let law = Extinction::by_name(law_name).unwrap();
             let pieces = band.pieces(&[]);
             for (s, spectrum) in spectra.iter().enumerate() {
                 let truth = |a: f64| -> f64 {
@@ -105,7 +105,7 @@ fn every_certificate_is_honest() {
 /// caught.
 #[test]
 fn a_wrong_rule_is_caught() {
-    let band = Passband::named("johnson-V").unwrap();
+    let band = Passband::by_name("johnson-V").unwrap();
     let (mut rule, sources) = solve_with("band_quadrature", &band, &black_bodies(), "ccm89", 1e-3, None);
     assert!(rule.worst() <= 1e-3);
     if let Form::Nodes(Nodes { weights, .. }) = &mut rule.form {
@@ -116,7 +116,7 @@ fn a_wrong_rule_is_caught() {
 
 #[test]
 fn accuracy_is_kept_over_six_decades() {
-    let band = Passband::named("johnson-B").unwrap();
+    let band = Passband::by_name("johnson-B").unwrap();
     for exponent in 1..=8 {
         let accuracy = 10f64.powi(-exponent);
         let (rule, _) = solve_with("band_quadrature", &band, &black_bodies(), "fitzpatrick99", accuracy, None);
@@ -127,7 +127,7 @@ fn accuracy_is_kept_over_six_decades() {
 #[test]
 fn weights_are_never_negative() {
     for name in crate::passband::names() {
-        let band = Passband::named(name).unwrap();
+        let band = Passband::by_name(name).unwrap();
         if band.support_um().1 > 30.0 || band.support_um().0 < 0.0912 {
             continue;
         }
@@ -141,7 +141,7 @@ fn weights_are_never_negative() {
 /// A single line is monochromatic: one node, exact.
 #[test]
 fn a_line_needs_one_node() {
-    let band = Passband::named("hst-wfc3-f656n").unwrap();
+    let band = Passband::by_name("hst-wfc3-f656n").unwrap();
     let line = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3.0 }]);
     let (rule, _) = solve_with("band_quadrature", &band, &[line], "ccm89", 1e-12, None);
     let Form::Nodes(Nodes { nodes, .. }) = &rule.form else { panic!("nodes expected") };
@@ -152,7 +152,7 @@ fn a_line_needs_one_node() {
 /// A phase-like factor under the integral is kept by the interpolatory weights.
 #[test]
 fn factors_are_integrated() {
-    let band = Passband::named("johnson-V").unwrap();
+    let band = Passband::by_name("johnson-V").unwrap();
     let (rule, sources) = solve_with("band_quadrature", &band, &black_bodies(), "ccm89", 1e-6, None);
     let factor = |l: f64| 1.0 / (1.0 + 4.0 * l * l);
     let Form::Nodes(Nodes { nodes, .. }) = &rule.form else { panic!("nodes expected") };
@@ -166,11 +166,11 @@ fn factors_are_integrated() {
 /// measured ones of hundreds of corners, which cost no more.
 #[test]
 fn truth_points_converge() {
-    let law = Extinction::named("fitzpatrick99").unwrap();
+    let law = Extinction::by_name("fitzpatrick99").unwrap();
     let spectrum = &black_bodies()[3];
     let depths = [0.0, 2.0, 20.0];
     for name in ["johnson-B", "sdss2010-r", "hst-wfc3-f656n", "lsst2023-g"] {
-        let band = Passband::named(name).unwrap();
+        let band = Passband::by_name(name).unwrap();
         let pieces = band.pieces(&law.breakpoints_um());
         for accuracy in [1e-4, 1e-6] {
             let integrand = |l: f64| depths.map(|a: f64| spectrum.continuum(l) * (-a * law.k(l)).exp()).to_vec();
@@ -192,7 +192,7 @@ fn truth_points_converge() {
 fn wide_pieces_are_resolved() {
     let table = crate::table::Table::new("leak", vec![0.22, 0.25, 0.28, 1.1], vec![0.0, 1.0, 1e-3, 1e-5]).unwrap();
     let band = Passband::new("leak", crate::passband::Counting::Photon, table).unwrap();
-    let law = Extinction::named("odonnell94").unwrap();
+    let law = Extinction::by_name("odonnell94").unwrap();
     let spectrum = Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(2500.0))));
     let source = Source::new("star", &band, &spectrum, &*law, |_| 1.0);
     for a in [0.0, 3.0, 30.0] {
@@ -228,7 +228,7 @@ fn certificates_hold_on_random_scenes() {
     for scene in 0..120 {
         let entry = &RULES[scene % RULES.len()];
         let law_name = law_of(entry, laws[random(0.0, laws.len() as f64) as usize]);
-        let law = Extinction::named(law_name).unwrap();
+        let law = Extinction::by_name(law_name).unwrap();
         let centre = random(0.35, 1.6);
         let half = centre * random(0.002, 0.35);
         let shape = match scene % 3 {
@@ -284,7 +284,7 @@ fn condensed_measures_keep_their_integrals() {
 /// A draw has the right mean: over many rays the estimate is the integral, and no ray is further off than stated.
 #[test]
 fn random_wavelengths_have_the_right_mean() {
-    let band = Passband::named("johnson-B").unwrap();
+    let band = Passband::by_name("johnson-B").unwrap();
     let (rule, sources) = solve_with("sampled", &band, &black_bodies(), "ccm89", 1e-3, Some(3));
     let Form::Sampled(sampled) = &rule.form else { panic!("samples expected") };
     const RAYS: usize = 4000;
@@ -311,7 +311,7 @@ fn random_wavelengths_have_the_right_mean() {
 #[test]
 fn means_are_integrals_over_the_span() {
     for (entry, name) in RULES.iter().flat_map(|entry| ["johnson-V", "gaiadr3-G", "hst-wfc3-f656n"].map(|name| (entry, name))) {
-        let band = Passband::named(name).unwrap();
+        let band = Passband::by_name(name).unwrap();
         let (rule, sources) = solve_with(entry.name, &band, &black_bodies()[1..3], law_of(entry, "fitzpatrick99"), 1e-4, None);
         let Measure { k, mass, .. } = &sources[0].measure;
         let all: f64 = mass.iter().sum();
@@ -334,7 +334,7 @@ fn means_are_integrals_over_the_span() {
 /// Each family falls as it must: exponentials by more than eight for an element, intervals by four for twice as many.
 #[test]
 fn methods_converge_at_their_order() {
-    let band = Passband::named("johnson-V").unwrap();
+    let band = Passband::by_name("johnson-V").unwrap();
     let worst = |name: &str, count: usize| solve_with(name, &band, &black_bodies(), "inverse_wavelength", 0.0, Some(count)).0.worst();
     for size in 1..4 {
         assert!(worst("projection", size) > 6.0 * worst("projection", size + 1), "{size}");
@@ -348,8 +348,8 @@ fn methods_converge_at_their_order() {
 
 #[test]
 fn what_a_method_cannot_do_is_said() {
-    let band = Passband::named("johnson-V").unwrap();
-    let law = Extinction::named("ccm89").unwrap();
+    let band = Passband::by_name("johnson-V").unwrap();
+    let law = Extinction::by_name("ccm89").unwrap();
     let sources = sources(&band, &black_bodies(), &law);
     let k = |l: f64| law.k(l);
     let pivot = Node { lambda_um: 0.55, k: 1.0 };

@@ -148,7 +148,7 @@ mod tests {
     /// spectra scatter themselves: B0V is 0.03 mag bluer than tables of such stars.
     #[test]
     fn atmospheres_have_the_colours_of_stars() {
-        let [b, v] = ["johnson-B", "johnson-V"].map(|name| Passband::named(name).unwrap());
+        let [b, v] = ["johnson-B", "johnson-V"].map(|name| Passband::by_name(name).unwrap());
         let colour = |spectrum: &Table| {
             let magnitude =
                 |band: &Passband| -2.5 * (band.integrate(|l| spectrum.at_or_zero(l)) / band.integrate(|l| vega().unwrap().at(l))).log10();

@@ -171,7 +171,7 @@ mod tests {
     /// The Sun has V = −26.76 at 1 au (Willmer 2018, Vega system, Johnson V).
     #[test]
     fn a_solar_spectrum_of_the_suns_magnitude_has_the_suns_luminosity_at_v() {
-        let v = Passband::named("johnson-V").unwrap();
+        let v = Passband::by_name("johnson-V").unwrap();
         let g2v = StarShape::Table(crate::sed::star("g2v").unwrap());
         let scale = Scale::Magnitude(Magnitude(-26.76), Box::new(v), "1 au".parse().unwrap(), MagnitudeSystem::Vega, None);
         let sun = scaled(g2v, &scale).unwrap();
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn ab_zero_point_is_the_pivots() {
         for name in ["sdss2010-r", "johnson-V", "hst-wfc3-f606w"] {
-            let band = Passband::named(name).unwrap();
+            let band = Passband::by_name(name).unwrap();
             let mean = zero_point(&band, MagnitudeSystem::Ab).unwrap() / band.integrate(|_| 1.0);
             let expected = AB_ZERO_POINT * SPEED_OF_LIGHT / (band.pivot().0 * 1e-6).powi(2) * 1e-6;
             assert!((mean / expected - 1.0).abs() < 1e-6, "{name} {mean} {expected}");
@@ -195,8 +195,8 @@ mod tests {
     /// of them, −2.5 lg of the mean of 10^(−0.4 A k) over its own light.
     #[test]
     fn dust_on_the_way_is_taken_off() {
-        let v = Passband::named("johnson-V").unwrap();
-        let law = Arc::new(Extinction::named("gordon23").unwrap());
+        let v = Passband::by_name("johnson-V").unwrap();
+        let law = Arc::new(Extinction::by_name("gordon23").unwrap());
         let scale = |dust: Option<Foreground>| {
             Scale::Magnitude(Magnitude(5.0), Box::new(v.clone()), "100 pc".parse().unwrap(), MagnitudeSystem::Vega, dust)
         };

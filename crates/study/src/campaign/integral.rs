@@ -87,7 +87,7 @@ mod tests {
     fn closed_forms_are_met() {
         let table = spectra::table::Table::new("flat", vec![0.3, 0.9], vec![1.0, 1.0]).unwrap();
         let band = Passband::new("flat", spectra::passband::Counting::Energy, table).unwrap();
-        let law = Extinction::named("inverse_wavelength").unwrap();
+        let law = Extinction::by_name("inverse_wavelength").unwrap();
         let samples = Samples::new(&band, Shape::PowerLaw(-2.0, 1.0), &*law);
         let c = law.k(1.0);
         for a in [0.1, 3.0, 40.0] {

@@ -103,12 +103,13 @@ impl Case {
             Maker::Fixed(_) => None,
         };
         let law = Extinction::with_r_v(entry.name, r_v)?;
-        let inside = |name: &&'static str| Passband::named(name).is_ok_and(|b| law.check("x", b.support_um().0, b.support_um().1).is_ok());
+        let inside =
+            |name: &&'static str| Passband::by_name(name).is_ok_and(|b| law.check("x", b.support_um().0, b.support_um().1).is_ok());
         let all: Vec<&'static str> = passband::names().into_iter().filter(inside).collect();
         let mut bands: Vec<&'static str> = (0..3).map(|_| dice.one_of(&all)).collect();
         bands.sort_unstable();
         bands.dedup();
-        let pivot = Passband::named(bands[0])?.pivot().0;
+        let pivot = Passband::by_name(bands[0])?.pivot().0;
         let radiance = 1e-6;
         let (shape, said) = match place {
             Place::Behind => Self::background(&mut dice, pivot, radiance),
@@ -247,7 +248,7 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
         .map(|ray| BOX.clip(&ray).map_or(0.0, |(near, far)| far - near))
         .collect();
     let of_band = |(b, name): (usize, &&'static str)| -> Result<Option<Outcome>> {
-        let truth = case.truth(&Passband::named(name)?);
+        let truth = case.truth(&Passband::by_name(name)?);
         if truth(1.0).1 <= 0.0 {
             return Ok(None);
         }

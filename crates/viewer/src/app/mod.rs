@@ -251,13 +251,13 @@ impl App {
             Level::Radiance(white) => white,
             Level::Auto => white,
         };
-        self.apply(Edit::set("display", "white", crate::edit::significant(white * (-stops).exp2())).named("exposure"));
+        self.apply(Edit::set("display", "white", crate::edit::significant(white * (-stops).exp2())).with_name("exposure"));
     }
 
     /// Black and white as the picture that is shown asks for.
     pub fn expose_automatically(&mut self) {
         self.exposure += 1;
-        self.apply(Edit::remove("display", "white").and(Edit::remove("display", "black")).named("automatic exposure"));
+        self.apply(Edit::remove("display", "white").and(Edit::remove("display", "black")).with_name("automatic exposure"));
     }
 
     /// The scene with the levels that its picture has in the window.

@@ -101,7 +101,7 @@ impl App {
             // Keys are of the whole image.
             edit = Edit::remove("camera", "crop").and(keyed(&first, 0.0)).and(edit);
         }
-        if self.apply(edit.named("key")) {
+        if self.apply(edit.with_name("key")) {
             self.tell(format!("key at {time} s"));
         }
     }
@@ -115,7 +115,7 @@ impl App {
             return;
         };
         if keys.len() < 3 {
-            if self.apply(Edit::remove("camera", "path").named("path removed")) {
+            if self.apply(Edit::remove("camera", "path").with_name("path removed")) {
                 self.tell("a path needs two keys: it was removed");
             }
             return;
@@ -136,7 +136,7 @@ impl App {
             self.complain("a path needs two or more bookmarks; set them with Ctrl + 1 to 9");
             return;
         }
-        self.apply(edit.named("keys of bookmarks"));
+        self.apply(edit.with_name("keys of bookmarks"));
         self.seek(0.0);
     }
 

@@ -22,21 +22,25 @@ pub fn of_kind(row: &'static TableRow, place: &str, here: &dyn TableLike, kind: 
 
 /// Adds a key, and those that it needs; keys that exclude it are removed.
 pub fn added(row: &'static TableRow, place: &str, here: &dyn TableLike, key: &KeyRow) -> Edit {
-    let kind = here.get("kind").and_then(Item::as_str);
-    let edit = Edit::set(place, key.name, first_value(key));
-    row.keys_of(kind).filter(|other| other.name != key.name).fold(edit, |edit, other| {
-        let is_there = here.contains_key(other.name);
-        let is_rival = matches!(key.relation, Relation::OneOf(_)) && other.relation == key.relation
-            || key.relation == Relation::Excludes(other.name)
-            || other.relation == Relation::Excludes(key.name);
-        let is_needed = matches!(key.relation, Relation::Needs(name) | Relation::RequiredWith(name) if name == other.name)
-            || other.relation == Relation::RequiredWith(key.name);
-        match (is_there, is_rival, is_needed) {
-            (true, true, _) => edit.and(Edit::remove(place, other.name)),
-            (false, _, true) => edit.and(Edit::set(place, other.name, first_value(other))),
-            _ => edit,
+    let mut edit = Edit::set(place, key.name, first_value(key));
+    let (mut open, mut known) = (vec![*key], vec![key.name]);
+    while let Some(key) = open.pop() {
+        for other in row.keys_of(here.get("kind").and_then(Item::as_str)).filter(|other| other.name != key.name) {
+            let is_rival = matches!(key.relation, Relation::OneOf(_)) && other.relation == key.relation
+                || key.relation == Relation::Excludes(other.name)
+                || other.relation == Relation::Excludes(key.name);
+            let is_needed = matches!(key.relation, Relation::Needs(name) | Relation::RequiredWith(name) if name == other.name)
+                || other.relation == Relation::RequiredWith(key.name);
+            if is_rival && here.contains_key(other.name) {
+                edit = edit.and(Edit::remove(place, other.name));
+            } else if is_needed && !here.contains_key(other.name) && !known.contains(&other.name) {
+                edit = edit.and(Edit::set(place, other.name, first_value(other)));
+                known.push(other.name);
+                open.push(*other);
+            }
         }
-    })
+    }
+    edit
 }
 
 /// The value with which a key is added: its example or default; the other value of a boolean.

@@ -47,7 +47,7 @@ pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edi
 /// The row of a place: "star.0" is a "star".
 fn row(place: &str) -> Option<&'static TableRow> {
     let path: Vec<&str> = place.split('.').filter(|s| s.parse::<usize>().is_err()).collect();
-    TableRow::named(&path.join("."))
+    TableRow::by_name(&path.join("."))
 }
 
 /// One key, wherever it stands: its name and its widget.

@@ -20,12 +20,12 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
         let now = instrument.as_ref().map_or("none", |own| own.name.as_str());
         let combo = egui::ComboBox::from_id_salt("instrument").selected_text(now).width(180.0).show_ui(ui, |ui| {
             if ui.selectable_label(instrument.is_none(), "none").clicked() {
-                edits.push(Edit::remove("", "instrument").named("instrument"));
+                edits.push(Edit::remove("", "instrument").with_name("instrument"));
             }
             for row in PRESETS {
                 let hover = format!("{}\n{}", row.summary, row.source);
                 if ui.selectable_label(row.name == now, row.name).on_hover_text(hover).clicked() {
-                    edits.push(Edit::remove("", "instrument").and(Edit::set("instrument", "preset", row.name)).named("instrument"));
+                    edits.push(Edit::remove("", "instrument").and(Edit::set("instrument", "preset", row.name)).with_name("instrument"));
                 }
             }
         });
@@ -40,12 +40,12 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     let slider =
         ui.add(Slider::new(&mut exposure, EXPOSURES).logarithmic(true).clamping(SliderClamping::Never).suffix(" s").text("exposure"));
     if slider.changed() {
-        edits.push(Edit::set("instrument", "exposure", format!("{} s", significant(exposure))).named("exposure time"));
+        edits.push(Edit::set("instrument", "exposure", format!("{} s", significant(exposure))).with_name("exposure time"));
     }
     let mut frames = instrument.frames as i64;
     let slider = ui.add(Slider::new(&mut frames, 1..=200).logarithmic(true).clamping(SliderClamping::Never).text("frames"));
     if slider.changed() {
-        edits.push(Edit::set("instrument", "frames", frames).named("frames"));
+        edits.push(Edit::set("instrument", "frames", frames).with_name("frames"));
     }
     if let Some(picture) = app.shown.as_ref().and_then(|shown| shown.pictures.get(1)).filter(|_| recorded) {
         for words in picture.recorded_bands() {

@@ -37,19 +37,19 @@ fn palettes(ui: &mut Ui, app: &App, edits: &mut Edits) {
     let bands = &app.document.scene().bands;
     ui.horizontal(|ui| {
         for (title, name) in BUTTONS {
-            let palette = spectra::colour::Palette::named(name, bands);
+            let palette = spectra::colour::Palette::by_name(name, bands);
             let words = match &palette {
                 Ok(_) => spectra::colour::PALETTES.iter().find(|p| p.name == name).map_or("", |p| p.summary).to_owned(),
                 Err(error) => error.to_string(),
             };
             let button = ui.add_enabled(palette.is_ok(), egui::Button::new(title));
             if button.on_hover_text(&words).on_disabled_hover_text(&words).clicked() {
-                edits.push(Edit::remove("display", "matrix").and(Edit::set("display", "palette", name)).named("palette"));
+                edits.push(Edit::remove("display", "matrix").and(Edit::set("display", "palette", name)).with_name("palette"));
             }
         }
         if ui.button("Matrix").on_hover_text("custom palette: red, green and blue of each band").clicked() {
             let columns = app.document.scene().display.palette.columns.iter().flatten().copied();
-            edits.push(Edit::set("display", "matrix", numbers(columns)).and(Edit::remove("display", "palette")).named("palette"));
+            edits.push(Edit::set("display", "matrix", numbers(columns)).and(Edit::remove("display", "palette")).with_name("palette"));
         }
     });
 }
@@ -122,7 +122,7 @@ fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
     } else {
         Edit::set("display", "white", level.max(significant(1.01 * black)))
     };
-    edits.push(edit.named(if as_black { "black dragged" } else { "white dragged" }));
+    edits.push(edit.with_name(if as_black { "black dragged" } else { "white dragged" }));
 }
 
 /// Shows what the picture is compared with.

@@ -117,7 +117,7 @@ mod tests {
     /// A radiance of 3631 Jy a square arcsecond has magnitude zero, and is 3631e-6 MJy over an arcsecond's steradians.
     #[test]
     fn units_agree() {
-        let band = Passband::named("johnson-V").unwrap();
+        let band = Passband::by_name("johnson-V").unwrap();
         let radiance = zero_point(&band, MagnitudeSystem::Ab).unwrap() / SQUARE_ARCSECOND;
         assert!(magnitude(&band, radiance, MagnitudeSystem::Ab).unwrap().abs() < 1e-9);
         assert!((megajansky(&band, radiance) / (3631e-6 / SQUARE_ARCSECOND) - 1.0).abs() < 0.01);

@@ -345,6 +345,8 @@ fn drag(
     nm[i] = at.x.clamp(low, high.max(low));
     throughput[i] = (if logarithmic { 10f64.powf(at.y) } else { at.y } * largest).clamp(0.0, 1.0);
     edits.push(
-        Edit::set(&place, "nm", numbers(nm)).and(Edit::set(&place, "throughput", numbers(throughput))).named(format!("{place} dragged")),
+        Edit::set(&place, "nm", numbers(nm))
+            .and(Edit::set(&place, "throughput", numbers(throughput)))
+            .with_name(format!("{place} dragged")),
     );
 }

@@ -155,7 +155,7 @@ mod tests {
         let line = |nm: f64, strength: f64| Line { lambda_um: 1e-3 * nm, strength: 1e-24 * strength };
         let gas = Emission::new(ball(1.0), Spectrum::of_lines(vec![line(656.28, 1.0), line(658.3, 0.4)]));
         let narrow = passband::names().into_iter().find(|n| n.to_lowercase().contains("f656n")).unwrap();
-        let bands = ["cousins-R", narrow].map(|name| passband::Passband::named(name).unwrap());
+        let bands = ["cousins-R", narrow].map(|name| passband::Passband::by_name(name).unwrap());
         let camera = Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO).orthographic_pc(1.0).size(1, 1);
         let sky = Spectrum::continuous(1e-9, Arc::new(BlackBody(Temperature(3000.0))));
         let scene = Scene::new(camera).bands(bands.to_vec()).emission(gas).background(Background::even(sky));

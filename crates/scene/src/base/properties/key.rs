@@ -122,7 +122,7 @@ impl fmt::Display for Literal {
         match self {
             Self::Text(text) => f.write_str(text),
             Self::Integer(number) => write!(f, "{number}"),
-            Self::Number(number) => f.write_str(&short(*number)),
+            Self::Number(number) => f.write_str(&brief(*number)),
             Self::Flag(flag) => write!(f, "{flag}"),
             Self::Numbers(numbers) => super::write_list(f, numbers.iter(), |f, number| f.write_str(&short(*number))),
             Self::Texts(texts) => super::write_list(f, texts.iter(), |f, text| write!(f, "{text:?}")),
@@ -217,10 +217,10 @@ impl Range {
     }
 }
 
-/// A number in few characters: twelve digits, and a power of ten from 1e6 on.
+/// A number in few characters: nine digits, and a power of ten below 1e-3 and from 1e6 on.
 fn brief(value: f64) -> String {
-    let value: f64 = format!("{value:.11e}").parse().unwrap_or(value);
-    if value.abs() >= 1e6 { format!("{value:e}") } else { short(value) }
+    let value: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) { short(value) } else { format!("{value:e}") }
 }
 
 /// Name of the key that selects the kind of a table.

@@ -1,7 +1,6 @@
 //! Typed keys: constants that a table is read with.
 //!
-//! `const TEMPERATURE: Key<Temperature, Required> = Key::quantity("temperature", "…").range(1.0..=1e9).required()` is read by
-//! `section.read(&TEMPERATURE)?`: a `Temperature` in range.
+//! `Key::quantity::<Temperature>("temperature", "…").range(1.0..=1e9).required()` is read as a `Temperature` in range.
 
 use std::marker::PhantomData;
 use std::ops::{Deref, RangeInclusive};

@@ -22,7 +22,7 @@ pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
     summary: "diffraction at the aperture, its obstruction and vanes",
     keys: &[OPTICS.row, VANES.row, VANE_WIDTH.row, ROTATION.row],
     build: |section, _| {
-        let optics = section.read(&OPTICS)?.map(|name| section.wrap(&OPTICS, optics::named(name))).transpose()?;
+        let optics = section.read(&OPTICS)?.map(|name| section.wrap(&OPTICS, optics::by_name(name))).transpose()?;
         Ok(Arc::new(Airy {
             optics,
             vanes: section.read(&VANES)?,

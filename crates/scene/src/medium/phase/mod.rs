@@ -218,7 +218,7 @@ mod tests {
     fn all() -> Vec<Arc<dyn Phase>> {
         // A row for each kind, then values that are harder than those.
         const TABLE: &str = "# wavelength_um: 0.4, 0.7\n-1, 0.1, 2\n0.2, 0.5, 1\n1, 4, 0\n";
-        let law = Extinction::named("ccm89").unwrap();
+        let law = Extinction::by_name("ccm89").unwrap();
         let row = |kind: &PhaseKind| (kind.name, kind.keys);
         let kinds = crate::fixtures::of_every_kind(KINDS, row, TABLE, |section, inputs| build(section, inputs, &law));
         let harder: [Arc<dyn Phase>; 5] = [

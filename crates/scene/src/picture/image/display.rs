@@ -136,7 +136,7 @@ impl Display {
     /// As pictures of these passbands are shown that nothing is said of: in natural colours, or those of red, green and
     /// blue outside of the visible; black is zero, white found from the picture.
     pub fn of(bands: &[Passband]) -> Self {
-        let palette = Palette::named("natural", bands).or_else(|_| Palette::named("rgb", bands));
+        let palette = Palette::by_name("natural", bands).or_else(|_| Palette::by_name("rgb", bands));
         Self { palette: palette.unwrap_or_else(|_| Palette::grey(bands.len())), ..Self::grey(bands.len()) }
     }
 
@@ -219,7 +219,7 @@ mod tests {
         let image = Image::bare(width, height, names, Samples::Single((0..3 * width * height).map(value).collect()));
         let palette = Palette { columns: vec![[0.1, 0.2, 1.0], [0.2, 1.0, 0.1], [1.0, 0.0, 0.1]] };
         for entry in STRETCHES {
-            let tone = Tone { palette: palette.clone(), black: 1e-3, white: 2.0, stretch: Stretch::named(entry.name, None).unwrap() };
+            let tone = Tone { palette: palette.clone(), black: 1e-3, white: 2.0, stretch: Stretch::by_name(entry.name, None).unwrap() };
             let exact = tone.picture(&image).into_iter().map(|p| p.map(|v| (v * 255.0 + 0.5) as u8));
             let steps: Vec<u8> = tone.bytes(&image).iter().zip(exact).flat_map(|(a, b)| (0..3).map(move |c| a[c].abs_diff(b[c]))).collect();
             assert!(steps.iter().all(|s| *s <= 1), "{}: {:?}", entry.name, steps.iter().max());

@@ -53,7 +53,7 @@ impl std::fmt::Debug for OpticsRow {
 ///
 /// # Errors
 /// If there are none.
-pub fn named(name: &str) -> Result<&'static OpticsRow, SpectraError> {
+pub fn by_name(name: &str) -> Result<&'static OpticsRow, SpectraError> {
     let known: Vec<&str> = OPTICS.iter().map(|row| row.name).collect();
     OPTICS.iter().find(|row| row.name == name).ok_or_else(|| SpectraError::unknown("optics", name, &known))
 }

@@ -18,7 +18,7 @@ impl LayerChoice {
     ///
     /// # Errors
     /// If there is no such layer, with those that there are.
-    pub fn named(names: &[&str]) -> Result<Self, String> {
+    pub fn by_names(names: &[&str]) -> Result<Self, String> {
         let mut choice = Self::default();
         for name in names {
             match *name {

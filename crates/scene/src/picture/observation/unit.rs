@@ -169,7 +169,7 @@ mod tests {
     }
 
     fn band(name: &str) -> Passband {
-        Passband::named(name).unwrap()
+        Passband::by_name(name).unwrap()
     }
 
     /// A sky of 3631 Jy in a square arcsecond at all frequencies has AB magnitude zero, and as many MJy/sr as that is: 3631e-6 over
