@@ -342,9 +342,9 @@ class Turbulence(Field):
         Rms Mach number M; 0 is uniform.
     forcing : solenoidal, mixed or compressive, default mixed
         Driving of the turbulence: b = 1/3, 0.4 or 1 in σ² = ln(1 + b² M²).
-    plasma_beta : number between 0.000001 and 1e6, default no magnetic field
+    plasma_beta : number between 1e-6 and 1e6, default no magnetic field
         Thermal over magnetic pressure.
-    slope : number between 3.05 and 8, default 3.6666666666666665
+    slope : number between 3.05 and 8, default 3.66666667
         n of the spectrum k^-n of ln ρ in three dimensions: 3.6 to 4.3 in simulations (Federrath et al. 2010).
 
     Raises
@@ -1908,7 +1908,7 @@ class PointSpread(Table):
         Telescope with a known pupil, instead of obstruction and vanes. Of kind airy.
     vanes : integer between 0 and 12
         Number of vanes of the secondary mirror. Of kind airy.
-    vane_width : number between 0.0001 and 0.2
+    vane_width : number between 1e-4 and 0.2
         Width of a vane relative to the aperture. Of kind airy.
     rotation : angle
         Rotation of the optics, counterclockwise. Of kind airy.
@@ -1981,7 +1981,7 @@ class Instrument(Table):
         Diameter of the central obstruction relative to the aperture.
     collecting_area : area above zero, default of the aperture
         Collecting area, if not that of aperture and obstruction; Hubble's passbands include its obstruction.
-    throughput : number between 0.000001 and 1, default 1
+    throughput : number between 1e-6 and 1, default 1
         Recorded fraction of the light, in addition to the passband.
     psf : list of tables, default airy
         Point-spread functions, applied in sequence, [[instrument.psf]].
@@ -2132,7 +2132,7 @@ class PathTracer(Table):
     ----------
     samples : integer between 1 and 1e12, default 64
         Largest number of paths per pixel and band.
-    target_error : number between 0.000001 and 1, default none
+    target_error : number between 1e-6 and 1, default none
         Relative standard error of the worst band at which to stop earlier.
     seed : integer at least zero, default 1
         Seed of the noise.
@@ -2154,7 +2154,7 @@ class Reference(Table):
 
     Parameters
     ----------
-    accuracy : number between 1e-12 and 0.5, default 0.00001
+    accuracy : number between 1e-12 and 0.5, default 1e-5
         Allowed error of each pixel, relative to its radiance.
 
     Raises
@@ -2204,7 +2204,7 @@ class Method(Table):
         Wavelength range of midpoint, gauss_legendre, preintegrated, analytic and projection.
     degree : integer between 0 and 12, default 5
         Degree of the spectral polynomials of analytic.
-    range : number between 0.000001 and 1e6, default largest depth of the scene
+    range : number between 1e-6 and 1e6, default largest depth of the scene
         Largest optical depth of the basis of projection.
     criterion : mean, largest or filter, default mean
         Norm that the exponents of projection minimise over the range: mean error, largest error, or mean weighted by
