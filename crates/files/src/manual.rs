@@ -6,7 +6,7 @@ use barnard::field;
 use barnard::properties::KeyRow;
 use barnard::scene::schema::{KindRow, TABLES, TableRow};
 
-use crate::catalogue::CATALOGUES;
+use crate::catalogue::Catalogue;
 
 /// The text of `docs/scene-format.md`.
 pub fn manual() -> String {
@@ -52,7 +52,7 @@ fn expressions(page: &mut String) {
 
 fn catalogues(page: &mut String, table: &TableRow, more: impl FnOnce(&mut String)) {
     for (title, name) in table.catalogues {
-        let rows = CATALOGUES.iter().find(|c| c.name == *name).map_or_else(Vec::new, |c| (c.rows)());
+        let rows = Catalogue::by_name(name).map_or_else(|_| Vec::new(), |catalogue| (catalogue.rows)());
         let _ = writeln!(page, "\n**{title}**\n\n| name | what it is |\n|---|---|");
         for (name, summary) in rows {
             let _ = writeln!(page, "| `{name}` | {summary} |");

@@ -1,6 +1,6 @@
 //! Fingerprints: 128-bit hashes of content. Equal fingerprints mean equal content.
 //!
-//! What a cache keeps is valid as long as the fingerprints of its inputs are equal. The hash is SHA-256, cut to 128 bits.
+//! Caches compare the fingerprints of their inputs. The hash is SHA-256, truncated to 128 bits.
 
 use std::fmt;
 
@@ -120,19 +120,19 @@ mod tests {
     /// Equal content has equal fingerprints; another number, order, boundary or type has another one.
     #[test]
     fn fingerprints_tell_content_apart() {
-        let of = |texts: &[&str], numbers: &[f64]| {
+        let fingerprint = |texts: &[&str], numbers: &[f64]| {
             let mut digest = Digest::new("test");
             for text in texts {
                 digest.text(text);
             }
             digest.numbers(numbers).finish()
         };
-        let first = of(&["ab", "c"], &[1.0, 2.0]);
-        assert_eq!(first, of(&["ab", "c"], &[1.0, 2.0]));
+        let first = fingerprint(&["ab", "c"], &[1.0, 2.0]);
+        assert_eq!(first, fingerprint(&["ab", "c"], &[1.0, 2.0]));
         let others = [
-            of(&["a", "bc"], &[1.0, 2.0]),
-            of(&["ab", "c"], &[2.0, 1.0]),
-            of(&["ab", "c"], &[1.0, f64::from_bits(2.0f64.to_bits() + 1)]),
+            fingerprint(&["a", "bc"], &[1.0, 2.0]),
+            fingerprint(&["ab", "c"], &[2.0, 1.0]),
+            fingerprint(&["ab", "c"], &[1.0, f64::from_bits(2.0f64.to_bits() + 1)]),
             Digest::new("other").text("ab").text("c").numbers(&[1.0, 2.0]).finish(),
         ];
         assert!(others.iter().all(|other| *other != first));

@@ -82,8 +82,8 @@ fn vega_has_its_published_magnitudes() {
         ("gaiadr3-RP", 0.356),
     ];
     for (name, magnitude) in published {
-        let own = vega_ab(&Passband::by_name(name).unwrap());
-        assert!((own - magnitude).abs() < 0.035, "{name}: {own:.3}, published {magnitude}");
+        let difference = vega_ab(&Passband::by_name(name).unwrap());
+        assert!((difference - magnitude).abs() < 0.035, "{name}: {difference:.3}, published {magnitude}");
     }
 }
 

@@ -212,11 +212,11 @@ fn wrong(number: usize, said: &Property, message: String) -> Error {
 /// Reads `[[animation]]`.
 fn track(section: &Section) -> Result<(String, Track, Property)> {
     section.check(TRACK)?;
-    let of = section.read(&OF)?;
-    if TABLES.iter().any(|own| of == *own || of.starts_with(&format!("{own}.")) || of.starts_with(&format!("{own}[")))
-        || of.starts_with("camera.path")
+    let target = section.read(&OF)?;
+    if TABLES.iter().any(|table| target == *table || target.starts_with(&format!("{table}.")) || target.starts_with(&format!("{table}[")))
+        || target.starts_with("camera.path")
     {
-        return Err(section.error(&OF, format!("\"{of}\" defines the animation and cannot be animated")));
+        return Err(section.error(&OF, format!("\"{target}\" defines the animation and cannot be animated")));
     }
     let (times, values) = (section.read(&TIMES)?, section.read(&VALUES)?);
     if times.len() != values.len() || times.is_empty() {
@@ -232,8 +232,8 @@ fn track(section: &Section) -> Result<(String, Track, Property)> {
         keys.push((moment, value.value.clone()));
     }
     let track = Track::new(keys, section.read(&INTERPOLATION)?).map_err(|message| section.error(&VALUES, message))?;
-    let said = section.properties().get("of").cloned().unwrap_or(Property { value: Value::Flag(true), origin: None });
-    Ok((of.to_owned(), track, said))
+    let property = section.properties().get(OF.name).cloned().unwrap_or(Property { value: Value::Flag(true), origin: None });
+    Ok((target.to_owned(), track, property))
 }
 
 /// Reads `[sequence]` of a scene whose last key is at `end` \[s\].

@@ -154,31 +154,31 @@ impl<'a> Fields<'a> {
 
     /// Adds a field, which is made at once where it never was before; whether it is a grid is told.
     fn add(&mut self, name: &str, section: Section<'a>, content: Fingerprint) -> Result<bool> {
-        let own = Named { section, content, made: OnceCell::new() };
+        let entry = Named { section, content, made: OnceCell::new() };
         let is_grid = match self.loader.is_grid(content) {
             Some(is_grid) => {
                 // What somebody holds is held from now on.
                 if let Some(field) = self.loader.known_field(content) {
-                    own.made.get_or_init(|| field);
+                    entry.made.get_or_init(|| field);
                 }
                 is_grid
             }
             None => {
-                let field = self.make(&own)?;
+                let field = self.make(&entry)?;
                 let is_grid = field.grid().is_some();
                 self.loader.remember(content, is_grid);
-                own.made.get_or_init(|| field);
+                entry.made.get_or_init(|| field);
                 is_grid
             }
         };
-        self.named.insert(name.to_owned(), own);
+        self.named.insert(name.to_owned(), entry);
         Ok(is_grid)
     }
 
     /// Makes a named field; the loader may hold it.
-    fn make(&self, own: &Named) -> Result<Arc<dyn Field>> {
-        let Named { section, content, .. } = own;
-        match own.is_expression() {
+    fn make(&self, entry: &Named) -> Result<Arc<dyn Field>> {
+        let Named { section, content, .. } = entry;
+        match entry.is_expression() {
             true => self.made(section, &FORMULA, *content),
             false => self.loader.long_field(*content, field::takes_long(section), |inputs| field::build(section, inputs)),
         }
@@ -273,15 +273,15 @@ impl<'a> Fields<'a> {
     }
 
     fn named(&self, name: &str) -> std::result::Result<Arc<dyn Field>, String> {
-        let own = self.named.get(name).ok_or_else(|| {
+        let entry = self.named.get(name).ok_or_else(|| {
             let known: Vec<&str> = self.named.keys().map(String::as_str).collect();
             SpectraError::unknown("field", name, &known).to_string()
         })?;
-        if let Some(field) = own.made.get() {
+        if let Some(field) = entry.made.get() {
             return Ok(field.clone());
         }
-        let field = self.make(own).map_err(|error| error.to_string())?;
-        Ok(own.made.get_or_init(|| field).clone())
+        let field = self.make(entry).map_err(|error| error.to_string())?;
+        Ok(entry.made.get_or_init(|| field).clone())
     }
 
     /// Error of a formula, or its interruption.

@@ -96,27 +96,28 @@ impl Choices for System {
 fn build(section: &Section, inputs: &Inputs) -> Result<Instrument> {
     section.check(KEYS)?;
     let aperture_m = section.read(&APERTURE)?.map(|length| length.0 * PARSEC);
-    let mut own = match (section.read(&PRESET)?, aperture_m) {
+    let mut instrument = match (section.read(&PRESET)?, aperture_m) {
         (Some(name), _) => section.wrap(&PRESET, preset(name))?,
         (None, Some(aperture_m)) => Instrument::of_aperture(aperture_m),
         (None, None) => return Err(section.error(&APERTURE, "an instrument requires a \"preset\" or an \"aperture\" such as \"0.2 m\"")),
     };
-    set(&mut own.aperture_m, aperture_m);
+    set(&mut instrument.aperture_m, aperture_m);
     // What another aperture collects is not what the preset's did.
     if aperture_m.is_some() || section.has(&OBSTRUCTION) {
-        own.collecting_area_m2 = None;
+        instrument.collecting_area_m2 = None;
     }
-    set(&mut own.obstruction, section.stated(&OBSTRUCTION)?);
-    own.collecting_area_m2 = section.read(&COLLECTING_AREA)?.map(|area| area.0).or(own.collecting_area_m2);
-    set(&mut own.throughput, section.stated(&THROUGHPUT)?);
+    set(&mut instrument.obstruction, section.stated(&OBSTRUCTION)?);
+    instrument.collecting_area_m2 = section.read(&COLLECTING_AREA)?.map(|area| area.0).or(instrument.collecting_area_m2);
+    set(&mut instrument.throughput, section.stated(&THROUGHPUT)?);
     if let Some(spread) = section.read(&PSF)?.filter(|spread| !spread.is_empty()) {
-        own.psf = spread.iter().map(|table| build_kind("point-spread function", psf::KINDS, table, inputs)).collect::<Result<_>>()?;
+        instrument.psf =
+            spread.iter().map(|table| build_kind("point-spread function", psf::KINDS, table, inputs)).collect::<Result<_>>()?;
     }
-    own.pixel_rad = section.read(&PIXEL_SCALE)?.map(|angle| angle.0).or(own.pixel_rad);
-    set(&mut own.allow_foreign_filters, section.stated(&ALLOW_FOREIGN_FILTERS)?);
-    own.sky = sky(section, own.sky)?;
-    set(&mut own.subtract_sky, section.stated(&SUBTRACT_SKY)?);
-    let detector = &mut own.detector;
+    instrument.pixel_rad = section.read(&PIXEL_SCALE)?.map(|angle| angle.0).or(instrument.pixel_rad);
+    set(&mut instrument.allow_foreign_filters, section.stated(&ALLOW_FOREIGN_FILTERS)?);
+    instrument.sky = sky(section, instrument.sky)?;
+    set(&mut instrument.subtract_sky, section.stated(&SUBTRACT_SKY)?);
+    let detector = &mut instrument.detector;
     set(&mut detector.dark_current, section.stated(&DARK_CURRENT)?.map(|current| current.0));
     set(&mut detector.read_noise, section.stated(&READ_NOISE)?.map(|charge| charge.0));
     set(&mut detector.gain, section.stated(&GAIN)?.map(|gain| gain.0));
@@ -129,21 +130,19 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Instrument> {
     set(&mut detector.pixel_um, section.stated(&PIXEL_SIZE)?.map(|length| length.0 * PARSEC * 1e6));
     set(&mut detector.cosmic_rays, section.stated(&COSMIC_RAYS)?.map(|rate| rate.0));
     if let Some(names) = section.read(&MOSAIC)? {
-        let square: Option<[&str; 4]> = names.try_into().ok();
-        let wrong = || {
-            section
-                .error(&MOSAIC, "a mosaic must name the passbands of four pixels, such as [\"R\", \"G\", \"G\", \"B\"], or be [] for none")
-        };
-        detector.mosaic = match square {
-            Some(square) => Some(square.map(str::to_owned)),
-            None if section.read(&MOSAIC)?.is_some_and(|names| names.is_empty()) => None,
-            None => return Err(wrong()),
+        detector.mosaic = match names[..] {
+            [] => None,
+            [a, b, c, d] => Some([a, b, c, d].map(str::to_owned)),
+            _ => {
+                let message = "a mosaic must name the passbands of four pixels, such as [\"R\", \"G\", \"G\", \"B\"], or be [] for none";
+                return Err(section.error(&MOSAIC, message));
+            }
         };
     }
-    set(&mut own.exposure_s, section.stated(&EXPOSURE)?.map(|time| time.0));
-    set(&mut own.frames, section.stated(&FRAMES)?);
-    set(&mut own.seed, section.stated(&SEED)?);
-    Ok(own)
+    set(&mut instrument.exposure_s, section.stated(&EXPOSURE)?.map(|time| time.0));
+    set(&mut instrument.frames, section.stated(&FRAMES)?);
+    set(&mut instrument.seed, section.stated(&SEED)?);
+    Ok(instrument)
 }
 
 impl Instrument {
@@ -162,9 +161,9 @@ impl Instrument {
     }
 }
 
-fn set<T>(own: &mut T, said: Option<T>) {
-    if let Some(said) = said {
-        *own = said;
+fn set<T>(setting: &mut T, stated: Option<T>) {
+    if let Some(value) = stated {
+        *setting = value;
     }
 }
 

@@ -107,8 +107,7 @@ impl Loader {
         Self { is_rough: true, ..self.clone() }
     }
 
-    /// The field that `content` describes: the same one as before, as long as somebody holds it, or a new one. Files are
-    /// not read again for it.
+    /// The cached field with the fingerprint `content`, or a new one from `build`. Fields stay cached while they are in use.
     fn field(&self, content: Fingerprint, build: impl FnOnce() -> Result<Arc<dyn Field>>) -> Result<Arc<dyn Field>> {
         if let Some(field) = self.known_field(content) {
             return Ok(field);
@@ -122,7 +121,7 @@ impl Loader {
         Ok(field)
     }
 
-    /// The field that `content` describes, as long as somebody holds it.
+    /// The cached field with the fingerprint `content`, if it is still in use.
     pub(super) fn known_field(&self, content: Fingerprint) -> Option<Arc<dyn Field>> {
         self.fields.lock().ok().and_then(|fields| fields.get(&content).and_then(Weak::upgrade))
     }

@@ -333,7 +333,7 @@ impl TableRow {
 
     /// The keys of one kind; those of every kind alone where there is no such kind.
     pub fn keys_of(&self, kind: Option<&str>) -> impl Iterator<Item = &'static KeyRow> {
-        let own = (self.kinds)().into_iter().find(|k| Some(k.name) == kind).map_or(&[] as &[KeyRow], |k| k.keys);
-        own.iter().chain(self.keys)
+        let keys = (self.kinds)().into_iter().find(|k| Some(k.name) == kind).map_or(&[] as &[KeyRow], |k| k.keys);
+        keys.iter().chain(self.keys)
     }
 }

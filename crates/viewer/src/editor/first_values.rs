@@ -2,7 +2,7 @@
 
 use barnard::properties::{Fallback, KeyRow, Literal, Relation, Type};
 use barnard::scene::schema::TableRow;
-use barnard_files::catalogue::CATALOGUES;
+use barnard_files::catalogue::Catalogue;
 use toml_edit::{Item, TableLike, Value};
 
 use crate::edit::Edit;
@@ -22,10 +22,11 @@ pub fn of_kind(row: &'static TableRow, place: &str, here: &dyn TableLike, kind: 
 
 /// Adds a key, and those that it needs; keys that exclude it are removed.
 pub fn added(row: &'static TableRow, place: &str, here: &dyn TableLike, key: &KeyRow) -> Edit {
+    let kind = here.get("kind").and_then(Item::as_str);
     let mut edit = Edit::set(place, key.name, first_value(key));
     let (mut open, mut known) = (vec![*key], vec![key.name]);
     while let Some(key) = open.pop() {
-        for other in row.keys_of(here.get("kind").and_then(Item::as_str)).filter(|other| other.name != key.name) {
+        for other in row.keys_of(kind).filter(|other| other.name != key.name) {
             let is_rival = matches!(key.relation, Relation::OneOf(_)) && other.relation == key.relation
                 || key.relation == Relation::Excludes(other.name)
                 || other.relation == Relation::Excludes(key.name);
@@ -48,11 +49,9 @@ fn first_value(key: &KeyRow) -> Value {
     if let (Type::Flag, Fallback::Value(Literal::Flag(default))) = (key.value, key.fallback) {
         return (!default).into();
     }
-    let rows = key.catalogue.and_then(|name| CATALOGUES.iter().find(|c| c.name == name)).map(|catalogue| (catalogue.rows)());
-    match (rows, key.fallback) {
-        (Some(rows), Fallback::Required | Fallback::Words(_)) if key.example.is_none() => {
-            rows.first().map(|row| row.0.clone()).unwrap_or_default().into()
-        }
-        _ => key.example_words().parse().unwrap_or_else(|_| key.example_words().into()),
+    let has_value = key.example.is_some() || matches!(key.fallback, Fallback::Value(_));
+    match key.catalogue.filter(|_| !has_value).and_then(|name| Catalogue::by_name(name).ok()) {
+        Some(catalogue) => (catalogue.rows)().first().map(|row| row.0.clone()).unwrap_or_default().into(),
+        None => key.example_words().parse().unwrap_or_else(|_| key.example_words().into()),
     }
 }

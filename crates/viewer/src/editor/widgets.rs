@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use barnard::properties::{KeyRow, Type};
-use barnard_files::catalogue::CATALOGUES;
+use barnard_files::catalogue::Catalogue;
 use eframe::egui::{self, DragValue, Id, Response, Ui};
 use spectra::units::parts;
 use toml_edit::{Item, Value};
@@ -138,7 +138,7 @@ impl KeyWidget<'_> {
 
     /// Names that the value is one of, with summaries; empty where any text is allowed.
     fn names(&self) -> Vec<(String, String)> {
-        let catalogue = self.key.catalogue.and_then(|name| CATALOGUES.iter().find(|catalogue| catalogue.name == name));
+        let catalogue = self.key.catalogue.and_then(|name| Catalogue::by_name(name).ok());
         let choices = || self.key.value.choices().into_iter().map(|name| (name.to_owned(), String::new())).collect();
         catalogue.map_or_else(choices, |catalogue| (catalogue.rows)())
     }

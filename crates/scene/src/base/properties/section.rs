@@ -79,7 +79,7 @@ impl<'a> Section<'a> {
     /// As [`check`](Self::check), for the keys of a kind.
     ///
     /// # Errors
-    /// Those of [`check`](Self::check).
+    /// As [`check`](Self::check).
     pub fn check_kind(&self, rows: &[KeyRow]) -> Result<()> {
         self.check_rows(&[KIND], rows.iter())
     }
@@ -96,10 +96,10 @@ impl<'a> Section<'a> {
     }
 
     fn check_relation<'r>(&self, row: &KeyRow, rows: impl Iterator<Item = &'r KeyRow>) -> Result<()> {
-        let ignored =
-            |partner: &str| Err(self.error(row, format!("\"{}\" requires {partner} and would be ignored here; remove it", row.name)));
         match row.relation {
-            Relation::Needs(partner) | Relation::RequiredWith(partner) if self.has(row) && !self.has(partner) => ignored(partner),
+            Relation::Needs(partner) | Relation::RequiredWith(partner) if self.has(row) && !self.has(partner) => {
+                Err(self.ignored(row, partner))
+            }
             Relation::Excludes(other) if self.has(row) && self.has(other) => {
                 Err(self.error(row, format!("{} and {other} exclude each other; remove one", row.name)))
             }
@@ -123,8 +123,8 @@ impl<'a> Section<'a> {
     /// # Errors
     /// If one of them is there; its place is stated.
     pub fn refuse(&self, keys: &[&KeyRow], partner: &str) -> Result<()> {
-        let Some(key) = keys.iter().find(|key| self.has(**key)) else { return Ok(()) };
-        Err(self.error(*key, format!("\"{}\" requires {partner} and would be ignored here; remove it", key.name)))
+        let given = keys.iter().find(|key| self.has(**key));
+        given.map_or(Ok(()), |key| Err(self.ignored(key, partner)))
     }
 
     /// The error `message` about `key`.
@@ -137,7 +137,7 @@ impl<'a> Section<'a> {
     /// Adds this key's place to an error from elsewhere.
     ///
     /// # Errors
-    /// That of `result`, with the place of `key` where it has none.
+    /// The error of `result`, with the place of `key` where it has none.
     pub fn wrap<T, E: Into<Error>>(&self, key: &(impl Named + ?Sized), result: std::result::Result<T, E>) -> Result<T> {
         result.map_err(|e| match e.into() {
             placed @ (Error::Scene { .. } | Error::Memory { .. } | Error::Interrupted) => placed,
@@ -148,6 +148,11 @@ impl<'a> Section<'a> {
     /// The error that a key is required.
     pub(super) fn missing(&self, key: &KeyRow) -> Error {
         self.error(key, format!("key \"{0}\" is required; write it like {0} = {1}", key.name, key.example_words()))
+    }
+
+    /// The error that a key has no effect without `partner`.
+    fn ignored(&self, key: &KeyRow, partner: &str) -> Error {
+        self.error(key, format!("\"{}\" requires {partner} and would be ignored here; remove it", key.name))
     }
 
     /// The kind of the table, if stated.

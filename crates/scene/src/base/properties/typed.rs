@@ -45,7 +45,7 @@ impl<T, P> Named for Key<T, P> {
 
 /// Result of reading a key that may be absent.
 pub trait Presence {
-    /// What [`Section::read`] returns for a value of type `V`.
+    /// The result of [`Section::read`] for a value of type `V`.
     type Output<V>;
     /// The value of a key that is there.
     fn present<V>(value: V) -> Self::Output<V>;
@@ -398,7 +398,7 @@ impl<'a> Section<'a> {
     /// The value of a key where it is required, whatever the key declares.
     ///
     /// # Errors
-    /// If it is missing, and those of [`read`](Self::read).
+    /// If it is missing, has the wrong type or is out of range.
     pub fn need<T: ValueType, P>(&self, key: &Key<T, P>) -> Result<T::Value<'a>> {
         self.stated(key)?.ok_or_else(|| self.missing(&key.row))
     }
@@ -406,7 +406,7 @@ impl<'a> Section<'a> {
     /// The value of a key if the table has it, whatever the key declares.
     ///
     /// # Errors
-    /// Those of [`read`](Self::read), but for missing keys.
+    /// If the value has the wrong type or is out of range.
     pub fn stated<T: ValueType, P>(&self, key: &Key<T, P>) -> Result<Option<T::Value<'a>>> {
         let value = self.properties().get(key.row.name).map(|property| ValueRef::Given(&property.value));
         value.map(|value| T::read(&Entry { section: self, key: &key.row, value })).transpose()

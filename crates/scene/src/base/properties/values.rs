@@ -53,6 +53,10 @@ impl<'a> Entry<'a, '_> {
         self.error(format!("found {found}; expected {expected}"))
     }
 
+    fn text(&self) -> Result<&'a str> {
+        self.value.text().ok_or_else(|| self.wrong("a text in quotes"))
+    }
+
     /// The number, if it is in the key's range.
     fn in_range(&self, number: f64) -> Result<f64> {
         if self.key.range.contains(number) {
@@ -105,7 +109,7 @@ macro_rules! text_type {
             const TYPE: Type = $kind;
             type Value<'a> = &'a str;
             fn read<'a>(entry: &Entry<'a, '_>) -> Result<&'a str> {
-                entry.value.text().ok_or_else(|| entry.wrong("a text in quotes"))
+                entry.text()
             }
         }
     )*};
@@ -130,7 +134,7 @@ impl<C: Choices> ValueType for Choice<C> {
     const TYPE: Type = Type::Choice(names::<C>);
     type Value<'a> = C;
     fn read<'a>(entry: &Entry<'a, '_>) -> Result<C> {
-        let text = entry.value.text().ok_or_else(|| entry.wrong("a text in quotes"))?;
+        let text = entry.text()?;
         let found = C::ROWS.iter().find(|(name, _)| *name == text).map(|(_, value)| *value);
         found.ok_or_else(|| entry.wrong(&format!("one of {}", names::<C>().join(", "))))
     }

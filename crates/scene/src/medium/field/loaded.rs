@@ -98,7 +98,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     let file = section.read(&FILE)?;
     let map = section.read(&PRESET)?;
     let clip = section.read(&CLIP)?.unwrap_or(map.is_some());
-    let said = section.read(&FACTOR)?;
+    let scale = section.read(&FACTOR)?;
     let storage = section.read(&STORAGE)?;
     let mut placed = None;
     let member = section.read(&ARRAY)?.or(map.and_then(|map| map.array));
@@ -113,7 +113,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
         let storage = storage.or(is_blocked.then_some(Storage::Single));
         // Means are of what is left; otherwise it is looked at when it is there.
         placement.part.clip = clip && placement.part.every > 1;
-        if placement.part.clip && said < 0.0 {
+        if placement.part.clip && scale < 0.0 {
             return Err(section.error(&FACTOR, "with every and clip, factor must not be negative"));
         }
         let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
@@ -121,7 +121,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
             Some(map) => (map.extinction(section, own)?, Some(EXTINCTION.to_owned())),
             None => unit(section, own)?,
         };
-        let factor = said * size;
+        let factor = scale * size;
         placement.part.blocking = storage.map(|storage| placement.blocking(factor, clip, storage));
         let part = placement.part.clone();
         placed = Some((placement, factor, name));
