@@ -36,7 +36,7 @@ impl Parts {
         self.of(&[Part::Space, Part::Stars, Part::Spectra, Part::Amount, Part::Method])
     }
 
-    /// The parts of the same scene with its stars at other positions [pc].
+    /// The parts of the same scene with its stars at other positions \[pc\].
     #[must_use]
     pub fn with_stars(mut self, stars: &[DVec3]) -> Self {
         let mut digest = Digest::new("part");

@@ -179,7 +179,7 @@ impl<N: TryFrom<i64> + 'static> ValueType for Integer<N> {
     }
 }
 
-/// Position [pc]: three numbers and a unit in a text.
+/// Position \[pc\]: three numbers and a unit in a text.
 pub enum Position {}
 
 impl ValueType for Position {
