@@ -6,10 +6,17 @@ import barnard as bn
 import matplotlib.pyplot as plt
 import numpy as np
 
-FREE = """star.0.luminosity, star.0.temperature=8000..40000, star.1.luminosity, emission.0.scale, background.radiance, dust.scale=2..20"""
+FREE = {
+    "star[0].luminosity": None,
+    "star[0].temperature": bn.Free("8000 K", "40000 K"),
+    "star[1].luminosity": None,
+    "emission[0].scale": None,
+    "background.radiance": None,
+    "dust.scale": bn.Free(2, 20),
+}
 #: What the images are made of, and where the fit begins.
-TRUTH = {"star.0.luminosity": 900, "star.0.temperature": 16000, "star.1.luminosity": 500, "emission.0.scale": 1e-24, "background.radiance": 3e-8, "dust.scale": 8}
-BEGIN = {"star.0.luminosity": 300, "star.0.temperature": 25000, "star.1.luminosity": 1500, "emission.0.scale": 3e-24, "background.radiance": 1e-8, "dust.scale": 5}
+TRUTH = {"star[0].luminosity": 900, "star[0].temperature": 16000, "star[1].luminosity": 500, "emission[0].scale": 1e-24, "background.radiance": 3e-8, "dust.scale": 8}
+BEGIN = {"star[0].luminosity": 300, "star[0].temperature": 25000, "star[1].luminosity": 1500, "emission[0].scale": 3e-24, "background.radiance": 1e-8, "dust.scale": 5}
 #: Pixels along a row and a column of each image.
 SIZE = 256
 #: Name, passbands, pixel scale [arcsec], instrument.
@@ -28,12 +35,12 @@ def scene(values):
     own.fields["ball"] = bn.Plummer(core="0.22 pc", cut="0.55 pc")
     own.dust = bn.Dust("cloud * ball", f"{values['dust.scale']} /pc", law="gordon23", albedo=0.6)
     places = ["0.1 0.05 0.2 pc", "-0.2 -0.1 0.15 pc"]
-    temperatures = [values["star.0.temperature"], 20000]
+    temperatures = [values["star[0].temperature"], 20000]
     for i, (place, temperature) in enumerate(zip(places, temperatures)):
-        luminosity = values[f"star.{i}.luminosity"]
+        luminosity = values[f"star[{i}].luminosity"]
         own.stars.append(bn.Star(place, temperature=f"{temperature} K", luminosity=f"{luminosity} Lsun", visible=False))
     lines = [{"wavelength": "500.7 nm", "strength": 1}, {"wavelength": "656.3 nm", "strength": 1.5}]
-    own.emission.append(bn.Emission(kind="lines", density="cloud * ball", scale=f"{values['emission.0.scale']} W/m3/sr", lines=lines))
+    own.emission.append(bn.Emission(kind="lines", density="cloud * ball", scale=f"{values['emission[0].scale']} W/m3/sr", lines=lines))
     own.background = bn.Background(kind="blackbody", temperature="4500 K", radiance=f"{values['background.radiance']} W/m2/sr/um")
     own.display = bn.Display(stretch="asinh", strength=8)
     return own

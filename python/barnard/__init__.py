@@ -15,13 +15,15 @@ import os
 
 from . import _barnard
 from ._barnard import BarnardError, DeviceError, MemoryLimitError, SceneError
+from ._report import Certificate, Report, SpatialReport
 from .bricks import render_bricks
 from .cluster import Result, map, tiles  # `map` is not in __all__: Python has one of its own.
 from .exposures import Exposures
 from .fit import Fit, FitModel
+from .free import Free
 from .image import Image
 from .parameters import Parameter
-from .plan import AccuracyWarning, Certificate, Plan, PlanError
+from .plan import AccuracyWarning, Plan, PlanError
 from .plates import Plates
 from .scene import Scene
 from .sequence import FrameSequence
@@ -39,15 +41,18 @@ __all__ = [
     "Fit",
     "FitModel",
     "FrameSequence",
+    "Free",
     "Image",
     "MemoryLimitError",
     "Parameter",
     "Plan",
     "PlanError",
     "Plates",
+    "Report",
     "Result",
     "Scene",
     "SceneError",
+    "SpatialReport",
     "catalogue",
     "catalogues",
     "render_bricks",

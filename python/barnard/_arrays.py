@@ -43,8 +43,8 @@ def taken(values: Any, key: str, copy: bool, clip: bool = False) -> tuple[np.nda
     unit = _unit(values, key)
     array = np.asarray(values)
     if array.dtype.kind not in "fiu":
-        wanted = "give its real part" if array.dtype.kind == "c" else "give an array of float32 or float64"
-        raise scene_error(key, f"the array's values are of type {array.dtype}; {wanted}")
+        remedy = "give its real part" if array.dtype.kind == "c" else "give an array of float32 or float64"
+        raise scene_error(key, f"the array's values are of type {array.dtype}; {remedy}")
     if array.ndim != 3:
         raise scene_error(key, f"the array has {array.ndim} axes, its shape is {array.shape}; a field must have three, x, y and z")
     if array.size == 0:

@@ -7,6 +7,7 @@ piece is in it, and where in the part.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
 import threading
 from collections.abc import Iterator
@@ -19,7 +20,8 @@ from . import _barnard
 if TYPE_CHECKING:
     from .scene import Scene
 
-Voxels = Any  # For each axis a start and an end.
+#: For each axis a start and an end.
+Voxels = tuple[tuple[int, int], ...]
 Place = tuple[int, int, int]
 Box = tuple[list[float], list[float]]
 Part = tuple[tuple[int, ...], list[Any]]
@@ -53,7 +55,8 @@ class Volume:
         self.box = box
 
     def places(self) -> Iterator[Place]:
-        return np.ndindex(*(len(cuts) - 1 for cuts in self.cuts))
+        x, y, z = (range(len(cuts) - 1) for cuts in self.cuts)
+        return itertools.product(x, y, z)
 
     def voxels(self, place: Place) -> Voxels:
         return tuple((cuts[i], cuts[i + 1]) for cuts, i in zip(self.cuts, place))
@@ -107,9 +110,9 @@ class Shared:
 
     def planned(self) -> Any:
         """Variant that recomputes."""
-        scene = self._loaded()
+        session = self._loaded()._session()
         cuts = [list(cuts) for cuts in self.volume.cuts]
-        return _barnard.Whole(scene._native()[1], list(self.volume.dims), cuts, scene._limit)
+        return _barnard.Whole(session.scene, list(self.volume.dims), cuts, session.limit)
 
 
 class _Placeholder:
@@ -134,13 +137,15 @@ def _without_bricks(scene: Scene) -> Scene:
     def plain(field: Any) -> Any:
         if not isinstance(field, Sampled) or field.bricks is None:
             return field
-        return Grid(_Placeholder(), low=field.low, high=field.high, unit=field.unit, factor=field.factor, clip=field.clip)
+        placeholder: Any = _Placeholder()
+        return Grid(placeholder, low=field.low, high=field.high, unit=field.unit, factor=field.factor, clip=field.clip)
 
     return _rebuilt(scene, {name: plain(field) for name, field in scene.fields.items()})
 
 
-def _corners(box: Box) -> dict[str, str]:
-    return {key: " ".join(map(repr, corner)) + " pc" for key, corner in zip(("low", "high"), box)}
+def _corners(box: Box) -> tuple[str, str]:
+    low, high = (" ".join(map(repr, corner)) + " pc" for corner in box)
+    return low, high
 
 
 def named_densities(scene: Scene) -> list[tuple[str, str]]:
@@ -153,7 +158,8 @@ def of_densities(scene: Scene, means: list[np.ndarray], box: Box, camera: Any) -
     """The scene of coarse densities, by another camera than its own where one is given."""
     from .tables import Dust, Emission, Grid
 
-    fields = {f"density_{number}": Grid(mean, **_corners(box)) for number, mean in enumerate(means)}
+    low, high = _corners(box)
+    fields = {f"density_{number}": Grid(mean, low=low, high=high) for number, mean in enumerate(means)}
     names = iter(fields)
     parts: dict[str, Any] = {} if camera is None else {"camera": camera}
     if scene.dust is not None:
@@ -174,11 +180,12 @@ def densities(shared: Shared, values: dict[str, np.ndarray], place: Place) -> li
     fields = dict(scene.fields)
     for name, array in values.items():
         own = fields[name]
-        fields[name] = Grid(array, **_corners(box), unit=own.unit, factor=own.factor, clip=own.clip)
+        low, high = _corners(box)
+        fields[name] = Grid(array, low=low, high=high, unit=own.unit, factor=own.factor, clip=own.clip)
     with _lock:
         # Nobody looks yet.
-        native = _rebuilt(scene, fields, camera=perspective("0 0 9 pc", "30 deg"))._native()[1]
-        found = _barnard.densities(native, list(shape), box, scene._limit)
+        session = _rebuilt(scene, fields, camera=perspective("0 0 9 pc", "30 deg"))._session()
+        found = _barnard.densities(session.scene, list(shape), box, session.limit)
     return [flat.reshape(shape, order="F") for flat in found]
 
 
@@ -217,10 +224,8 @@ def means(sums: list[tuple[list[int], np.ndarray]], volume: Volume, coarse: tupl
 # Light.
 
 
-def _flat(part: Part | None) -> np.ndarray | None:
+def _flat(part: Part) -> np.ndarray:
     """The values of a part of a volume in one row, x fastest."""
-    if part is None:
-        return None
     shape, pieces = part
     values = np.empty(shape, np.float32, order="F")
     for brick, own, place in pieces:
@@ -239,7 +244,7 @@ def march(shared: Shared, place: Place, dust: Part | None, depths: list[Part], g
     """Effect of a brick on the rays."""
     whole = shared.kept
     with _lock:
-        return whole.march(list(place), _flat(dust), [_flat(part) for part in depths], [_flat(part) for part in gas])
+        return whole.march(list(place), None if dust is None else _flat(dust), [_flat(part) for part in depths], [_flat(part) for part in gas])
 
 
 def over(shared: Shared, front: Any, back: Any) -> Any:
@@ -255,17 +260,17 @@ class Sweeps:
 
     def __init__(self, volume: Volume, star: list[float], threads: int):
         self.volume, self.star, self.threads = volume, star, threads
-        self._native: Any = None
+        self._native: _barnard.StarSweep | None = None
 
     @property
-    def native(self) -> Any:
+    def native(self) -> _barnard.StarSweep:
         with _lock:
             if self._native is None:
                 _limit(self.threads)
                 self._native = self.made()
             return self._native
 
-    def made(self) -> Any:
+    def made(self) -> _barnard.StarSweep:
         """Variant that recomputes."""
         return _barnard.StarSweep(list(self.volume.dims), self.volume.box, [list(cuts) for cuts in self.volume.cuts], list(self.star))
 
@@ -278,7 +283,7 @@ def swept(sweeps: Sweeps, layer: int, finds_entries: bool, place: Place, dust: P
     native = sweeps.native
     carried = {tier: aligned(rays) for tier, rays in carried.items()}
     with _lock:
-        return native.sweep(layer, finds_entries, list(place), _flat(dust), [_flat(border) for border in borders], carried)
+        return native.sweep(layer, finds_entries, list(place), _flat(dust), [None if border is None else _flat(border) for border in borders], carried)
 
 
 def joined(sweeps: Sweeps, frustum: int, before: Rays, handed: list[Any]) -> Rays:

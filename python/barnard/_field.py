@@ -9,7 +9,7 @@ import numpy as np
 
 from ._arrays import taken
 from ._labelled import is_labelled, unfolded
-from ._rows import scene_error
+from ._rows import Key, scene_error
 from ._table import Table
 
 _numbers = itertools.count(1)

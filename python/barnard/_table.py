@@ -5,10 +5,13 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from ._rows import ROWS, Key, Row, scene_error, unknown_key
 from ._values import said, written
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _SPOKEN = "_said"
 _GIVEN = "_given"
@@ -56,7 +59,7 @@ class Table:
             _CLASSES[cls._path] = cls
 
     @classmethod
-    def of(cls, keys: dict[str, Any]) -> Table:
+    def of(cls, keys: dict[str, Any]) -> Self:
         """A table of these keys, whether all that are needed are there or not."""
         table = cls.__new__(cls)
         super(cls, table).__init__(**keys)
@@ -166,17 +169,20 @@ def copied(value: Any, memo: dict[int, Any]) -> Any:
             object.__setattr__(twin, name, copied(own, memo))
         return twin
     if type(value) is dict:
-        twin = memo[id(value)] = {}
-        twin.update((key, copied(own, memo)) for key, own in value.items())
-        return twin
+        pairs = memo[id(value)] = {}
+        pairs.update((key, copied(own, memo)) for key, own in value.items())
+        return pairs
     if type(value) is list:
-        twin = memo[id(value)] = []
-        twin.extend(copied(own, memo) for own in value)
-        return twin
+        items = memo[id(value)] = []
+        items.extend(copied(own, memo) for own in value)
+        return items
     return value
 
 
-def table_of(cls: type[Table], value: Any, key: str) -> Table:
+T = TypeVar("T", bound=Table)
+
+
+def table_of(cls: type[T], value: Any, key: str) -> T:
     """A table as an object: one that is, or a dictionary of its keys."""
     if isinstance(value, cls):
         return value

@@ -51,10 +51,10 @@ def take(scene: Scene, tree: dict[str, Any]) -> None:
             for own, table in _tables_by_name(value, key).items():
                 getattr(scene, key + "s")[own] = field_of(table, f"field.{own}") if key == "field" else table_of(Camera, table, key)
         elif key in parts:
-            own = LISTS[parts[key]][1]
+            cls = LISTS[parts[key]][1]
             if not isinstance(value, list):
                 raise scene_error(key, f"{value!r} is not a list of tables; write [[{key}]]")
-            setattr(scene, parts[key], [table_of(own, table, f"{key}[{i}]") for i, table in enumerate(value)])
+            setattr(scene, parts[key], [table_of(cls, table, f"{key}[{i}]") for i, table in enumerate(value)])
         elif key in TEXTS or key in TABLES:
             setattr(scene, key, value)
         else:
@@ -68,9 +68,9 @@ def tree_of(scene: Scene, camera: Camera | dict[str, Any] | None = None) -> dict
         value = getattr(scene, name)
         if value is not None:
             tree[name] = list(value) if isinstance(value, tuple) else value
-    camera = scene.camera if camera is None else table_of(Camera, camera, "camera")
+    seen = scene.camera if camera is None else table_of(Camera, camera, "camera")
     for name in TABLES:
-        table = camera if name == "camera" else getattr(scene, name)
+        table = seen if name == "camera" else getattr(scene, name)
         if table is not None:
             tree[name] = table._nodes()
     if scene.fields:
@@ -116,7 +116,7 @@ def field_of(value: Any, key: str) -> Field:
     if isinstance(value, Field):
         return value
     classes = [cls for name in tables.__all__ if isinstance(cls := getattr(tables, name), type) and issubclass(cls, Field)]
-    kinds = {cls._kind: cls for cls in classes}
+    kinds = {cls._kind: cls for cls in classes if cls._kind is not None}
     if isinstance(value, dict):
         keys = dict(value)
         kind = keys.pop("kind", None)

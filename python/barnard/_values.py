@@ -14,9 +14,8 @@ from ._rows import QUANTITIES, Key, scene_error
 def spelled(unit: str) -> str:
     """A unit of scene files as astropy and unyt both read it: "mag cm2" as "mag*cm**2", "W/m2/sr" as "W*m**-2*sr**-1"."""
     factors = []
-    for sign, word in re.findall(r"([*/ ]?)\s*([A-Za-z]+-?\d*)", unit.replace("1/", "/")):
-        name, power = re.fullmatch(r"([A-Za-z]+)(-?\d*)", word).groups()
-        power = int(power or 1) * (-1 if sign == "/" else 1)
+    for sign, name, digits in re.findall(r"([*/ ]?)\s*([A-Za-z]+)(-?\d*)", unit.replace("1/", "/")):
+        power = int(digits or 1) * (-1 if sign == "/" else 1)
         factors.append(name if power == 1 else f"{name}**{power}")
     return "*".join(factors)
 
@@ -32,8 +31,10 @@ def parsed(value: Any) -> tuple[float, str]:
         return float(value[0]), value[1]
     if not isinstance(value, str):
         return float(value), ""
-    text, unit = re.fullmatch(r"\s*([-+0-9.eE]*[0-9.])\s*(.*?)\s*", value).groups()
-    return float(text), unit
+    match = re.fullmatch(r"\s*([-+0-9.eE]*[0-9.])\s*(.*?)\s*", value)
+    if match is None:
+        raise ValueError(f"{value!r} is not a number with a unit")
+    return float(match[1]), match[2]
 
 
 def units_of(quantity: str) -> list[str]:

@@ -154,7 +154,7 @@ def _bounds(scene: Scene, fields: dict[str, Any], density: str) -> Box:
     from .scene import Scene
 
     probe = Scene(fields=fields, dust=Dust(density, "1 /pc", albedo=0), camera=perspective("0 0 9 pc", "30 deg"), folder=scene._folder)
-    return _barnard.dust_bounds(probe._native()[1])
+    return _barnard.dust_bounds(probe._session().scene)
 
 
 def _check_densities(scene: Scene, fields: dict[str, Any], box: Box) -> None:
@@ -185,7 +185,8 @@ class _Bricks:
         """
         pieces = []
         along = [[i for i in range(len(cuts) - 1) if cuts[i] < end and cuts[i + 1] > start] for cuts, (start, end) in zip(self.volume.cuts, voxels)]
-        for place in itertools.product(*along):
+        x, y, z = along
+        for place in itertools.product(x, y, z):
             own = self.volume.voxels(place)
             both = [(max(a, start), min(b, end)) for (a, b), (start, end) in zip(own, voxels)]
             within = [[(a - first, b - first) for (a, b), (first, _) in zip(both, frame)] for frame in (own, voxels)]

@@ -66,7 +66,7 @@ def laid_down(array: np.ndarray) -> str | None:
         return None
     array = np.asfortranarray(array)
     digest = hashlib.sha256(repr((array.shape, array.dtype.str)).encode())
-    digest.update(memoryview(array.T).cast("B"))
+    digest.update(array.T.data.cast("B"))
     path = folder / f"{digest.hexdigest()[:32]}.npy"
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
@@ -245,7 +245,8 @@ def _cores() -> tuple[str, tuple[int, ...], int | None]:
 @contextlib.contextmanager
 def _counted(progress: bool | Callable[[int, int], None], whole: int, what: str = "pictures") -> Iterator[Callable[[int], None]]:
     if callable(progress):
-        yield lambda done: progress(done, whole)
+        listener = progress
+        yield lambda done: listener(done, whole)
         return
     if not progress:
         yield lambda done: None
@@ -253,4 +254,5 @@ def _counted(progress: bool | Callable[[int, int], None], whole: int, what: str 
     from ._progress import told
 
     with told(True) as show:
-        yield lambda done: show(what, done, whole)
+        bars = show or (lambda *_: None)
+        yield lambda done: bars(what, done, whole)

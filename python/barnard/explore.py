@@ -55,7 +55,7 @@ class Explorer(anywidget.AnyWidget):
         self._seen = self._sent = 0
         self._closed = False
         #: The plan of the last coarse frame.
-        self._coarse: Any = None
+        self._coarse: _barnard.Plan | None = None
         #: The newest frame: its number, its quality, and why there is none.
         self.state: tuple[int, str, str | None] = (0, "none", None)
         told = [{"place": place, "at": own.at, "text": own.text} for place, own in self._ranges.items()]
@@ -129,9 +129,9 @@ class Explorer(anywidget.AnyWidget):
             width, height = self.width, self.height
         scale = min(1.0, _COARSE / max(width, height))
         coarse = self._scene._resized([max(1, round(width * scale)), max(1, round(height * scale))])
-        _, native = self._scene._native(coarse)
-        self._coarse = _barnard.plan(native, self._coarse, "cpu", self._scene._limit, preview=True)
-        self._show(order, "coarse", _barnard.render(native, self._coarse, "cpu", {}, self._scene._limit))
+        session = self._scene._session(coarse)
+        self._coarse = _barnard.plan(session.scene, self._coarse, "cpu", session.limit, preview=True)
+        self._show(order, "coarse", _barnard.render(session.scene, self._coarse, "cpu", {}, session.limit))
         with self._wake:
             self._wake.wait_for(lambda: self._order != order, timeout=_REST)
         self._stop_if_moved(order)
@@ -139,7 +139,7 @@ class Explorer(anywidget.AnyWidget):
         image = self._scene.render(self._scene._resized([width, height]), progress=stop)
         self._show(order, "settled", image._native)
 
-    def _show(self, order: int, quality: str, native: Any) -> None:
+    def _show(self, order: int, quality: str, native: _barnard.Image) -> None:
         height, width = native.shape
         message = {"type": "frame", "number": order, "quality": quality, "text": f"{quality}, {width} x {height}"}
         self.send(message, buffers=[native.png(self._display or None)])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from . import _barnard
 from ._progress import Listener, told
 from .image import Image
 
@@ -18,7 +19,7 @@ class Exposures:
     `len(exposures)` is the number of frames. The same seed records the same counts, whatever the number of threads.
     """
 
-    def __init__(self, native: Any, bands: list[str], made: tuple[Image, dict[str, Any] | None]):
+    def __init__(self, native: _barnard.Exposures, bands: list[str], made: tuple[Image, dict[str, Any] | None]):
         self._native, self._bands, self._made = native, bands, made
 
     def __reduce__(self):

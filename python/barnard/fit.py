@@ -12,6 +12,7 @@ import numpy as np
 from . import _barnard
 from ._progress import Listener, told
 from ._tree import tree_of
+from .free import Free, FreeKeys, rows_of
 from .image import Image
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class FitModel:
     With single scattering, predictions are smooth to double precision, so finite differences of any step work. With multiple
     scattering they have single precision: pass `diff_step` or `jacobian` to optimisers.
 
-    >>> model = scene.fit_model("star[0].luminosity, dust.scale=0.5..5", "master.fits")
+    >>> model = scene.fit_model({"star[0].luminosity": None, "dust.scale": bn.Free(0.5, 5)}, "master.fits")
     >>> scipy.optimize.least_squares(model.residuals, model.start, jac=model.jacobian, x_scale=model.x_scale)
 
     Models can be pickled and copied; unpickling reads the images again.
@@ -94,7 +95,7 @@ class FitModel:
         Scale of each key: its start value, or the width of its bounds if that is zero.
     """
 
-    def __init__(self, native: Any, made: tuple[Any, ...]):
+    def __init__(self, native: _barnard.FitModel, made: tuple[Any, ...]):
         self._native, self._made = native, made
         self.keys: list[str] = native.keys
         self.units: list[str] = native.units
@@ -231,7 +232,7 @@ def _source(number: int, image: Any, beside: dict[str, Any]) -> Any:
     name = f"image {number}"
     if isinstance(image, Image):
         picture, values = image._native, None
-        shape = (sum(not band.endswith("_error") for band in image.bands), *image.shape)
+        shape = (len(picture.radiances), *image.shape)
     else:
         picture, values = None, _planes(image, name, None)
         shape = values.shape
@@ -267,27 +268,28 @@ def observations(images: list[tuple[Any, Mapping[str, Any]]], empty: Any, beside
 UNSAID = ("unit", "place")
 
 
-def model_of(scene: Scene, free: str, images: Images, beside: dict[str, Any], assume: str | Sequence[str], listener: Listener | None) -> FitModel:
+def model_of(scene: Scene, free: FreeKeys, images: Images, beside: dict[str, Any], assume: str | Sequence[str], listener: Listener | None) -> FitModel:
     """The model of a scene for images."""
     names = [assume] if isinstance(assume, str) else list(assume)
     for name in names:
         if name not in UNSAID:
             raise ValueError(f"assume={name!r} is unknown; known: {', '.join(UNSAID)}")
     scene = scene._twin()
-    tree, native = scene._native()
+    session = scene._session()
+    rows = rows_of(free, session.tree)
     pairs = _pairs(images)
     sources = observations(pairs, type(scene), beside, tuple(name in names for name in UNSAID))
-    made = _barnard.fit_model(scene._reading(), tree, native, free, sources, progress=listener)
-    return FitModel(made, (scene, free, pairs, beside, names))
+    made = _barnard.fit_model(session.reader, session.tree, session.scene, rows, sources, progress=listener)
+    return FitModel(made, (scene, {key: Free(low, high, prior) for key, low, high, prior in rows}, pairs, beside, names))
 
 
 def _pairs(images: Images) -> list[tuple[Any, Mapping[str, Any]]]:
     """Images with their overrides; paths are absolute, so that a pickle works in any folder."""
-    if isinstance(images, (str, os.PathLike, Image)) or hasattr(images, "__array__"):
-        images = [images]
-    pairs = [image if isinstance(image, tuple) else (image, {}) for image in images]
+    alone = isinstance(images, (str, os.PathLike, Image)) or hasattr(images, "__array__")
+    every: Sequence[Any] = [images] if alone else list(images)  # type: ignore[arg-type]
+    pairs = [image if isinstance(image, tuple) else (image, {}) for image in every]
     return [(os.path.abspath(image) if isinstance(image, (str, os.PathLike)) else image, parts) for image, parts in pairs]
 
 
-def _remade(scene: Scene, free: str, images: Images, beside: dict[str, Any], assume: list[str]) -> FitModel:
+def _remade(scene: Scene, free: FreeKeys, images: Images, beside: dict[str, Any], assume: list[str]) -> FitModel:
     return model_of(scene, free, images, beside, assume, None)

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _barnard
 from ._progress import Listener, told
+from ._report import Certificate, Report, report_of
 from ._table import table_of
 from .tables import Display, Instrument
 
@@ -35,10 +36,11 @@ class Image:
         The values that a sweep made it with; empty otherwise.
     """
 
-    def __init__(self, native: Any):
+    def __init__(self, native: _barnard.Image):
         self._native = native
         self._radiance: np.ndarray | None = None
         self._layers: dict[str, np.ndarray] | None = None
+        self._report: Report | None = None
         self.parameters: dict[str, Any] = {}
         self._warnings: list[str] = []
 
@@ -77,7 +79,7 @@ class Image:
         return np.array(self.radiance, dtype=dtype, copy=True if copy is None else copy)
 
     def __getitem__(self, band: str) -> Any:
-        """Radiances of a band, height × width [W m-2 sr-1]: a Quantity if astropy is installed, otherwise an array.
+        """Radiances of a band, height × width [W m-2 sr-1]: a Quantity.
 
         Unambiguous short names are accepted: "V" for "johnson-V", "F656N" for "hst-wfc3-f656n". The Quantity converts to
         mean spectral radiances, such as `image["V"].to("MJy/sr")`: ∫ R I_λ dλ / ∫ R dλ, times λ_pivot²/c for units per frequency.
@@ -89,11 +91,9 @@ class Image:
         """
         number = self._number(band)
         values = self.radiance[number]
-        try:
-            from ._radiance import BandRadiance
-        except ImportError:
-            return values
-        pivot_um, width_um, _, _ = self._native.band_details[number]
+        from ._radiance import BandRadiance
+
+        pivot_um, width_um, _ = self._native.band_details[number]
         return BandRadiance.of(values, pivot_um, width_um)
 
     def _number(self, band: str) -> int:
@@ -119,11 +119,16 @@ class Image:
         return len(self.bands)
 
     @property
-    def certificates(self) -> dict[str, list[Any]]:
+    def certificates(self) -> dict[str, list[Certificate]]:
         """The largest spectral errors by passband, a `Certificate` for each light; empty for "reference" and "path"."""
-        from .plan import certificates
+        return self.report.certificates
 
-        return certificates(self.bands, self._native.certificates)
+    @property
+    def report(self) -> Report:
+        """How the image was made and its stated errors, as numbers."""
+        if self._report is None:
+            self._report = report_of(self._native.report)
+        return self._report
 
     @property
     def keywords(self) -> dict[str, str | int | float]:
@@ -142,7 +147,7 @@ class Image:
 
     @property
     def hdus(self) -> Any:
-        """The image as an astropy HDUList, as `write("x.fits")` writes it; needs astropy."""
+        """The image as an astropy HDUList, as `write("x.fits")` writes it."""
         import io
 
         from astropy.io import fits
@@ -151,7 +156,7 @@ class Image:
 
     @property
     def wcs(self) -> Any:
-        """World coordinates of the pixels of this object's arrays, an astropy WCS; needs astropy.
+        """World coordinates of the pixels of this object's arrays, an astropy WCS.
 
         Rows count from the top, as in `radiance` and `image["V"]`: `image.wcs.pixel_to_world(column, row)` is the position
         of `image["V"][row, column]`. Headers of `hdus` and FITS files count rows from the bottom, as their arrays do.
@@ -182,7 +187,7 @@ class Image:
             "band": self.bands,
             "y": ("y", y, {"units": unit}),
             "x": ("x", x, {"units": unit}),
-            "pivot": ("band", [np.nan if pivot is None else pivot for pivot, _, _, _ in details], {"units": "um"}),
+            "pivot": ("band", [np.nan if pivot is None else pivot for pivot, _, _ in details], {"units": "um"}),
         }
         attributes = {"units": "W m-2 sr-1", "long_name": "band radiance", **self.keywords}
         return xarray.DataArray(self.radiance, dims=("band", "y", "x"), coords=coordinates, attrs=attributes, name="radiance")
@@ -208,7 +213,7 @@ class Image:
         tree = None if instrument is None else table_of(Instrument, instrument, "instrument")._nodes()
         with told(progress) as listener:
             native = _barnard.observe(self._native, tree, progress=listener)
-        return Exposures(native, [band for band in self.bands if not band.endswith("_error")], (self, tree))
+        return Exposures(native, [self.bands[number] for number in self._native.radiances], (self, tree))
 
     def rgb(self, **display: Any) -> np.ndarray:
         """Colour picture, height × width × 3 of uint8 in sRGB.
@@ -265,6 +270,6 @@ def _restored(version: str, state: dict[str, Any], parameters: dict[str, Any], w
     return image
 
 
-def _short(of_band: list[Any]) -> str:
+def _short(of_band: list[Certificate]) -> str:
     worst = max(of_band, key=lambda certificate: certificate.absolute)
     return f"spectral error at most {worst.absolute:.1e} of F(0), {worst.relative:.1e} of F(a), for depths up to {worst.depth:.3g}"

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from . import _barnard
 from ._progress import Listener, told
+from ._report import Certificate, Report, report_of
 from ._rows import ROWS, scene_error
+from ._session import Session
 from ._table import table_of
 from .image import Image
 from .tables import Camera
@@ -29,25 +30,6 @@ class PlanError(_barnard.BarnardError):
     key: str
 
 
-@dataclass(frozen=True)
-class Certificate:
-    """Largest error of a spectral rule for one light in one passband, including arithmetic."""
-
-    #: The name of the light.
-    light: str
-    #: Error relative to the unattenuated light F(0).
-    absolute: float
-    #: Error relative to the attenuated light F(a).
-    relative: float
-    #: Largest optical depth at V for which both are valid.
-    depth: float
-
-
-def certificates(bands: list[str], rows: list[list[tuple[str, float, float, float]]]) -> dict[str, list[Certificate]]:
-    """Certificates by passband, one per light in it."""
-    return {band: [Certificate(*row) for row in of_band] for band, of_band in zip(bands, rows)}
-
-
 #: Parts of a scene that a plan is made of.
 FIXED = {"space", "stars", "spectra", "amount", "method"}
 
@@ -56,62 +38,75 @@ class Plan:
     """Precomputed data of a scene, made by `Scene.plan`.
 
     It renders the scene at its creation from any camera.
-
-    Attributes: `method` (spectral method), `terms` (exponentials per sample and star), `steps` (distance of samples, as
-    text), `bytes` (size of tables and volumes), `accuracy` (requested), `spatial_error` (relative rms error of the worst
-    band and number of pilot rays), `certificates` (spectral errors by passband), `notes` (dictionary of texts).
     """
 
-    def __init__(self, owner: Scene, tree: dict[str, Any], scene: Any, plan: Any, backend: str):
-        self._owner, self._tree, self._scene, self._plan, self._backend = owner, tree, scene, plan, backend
+    def __init__(self, owner: Scene, session: Session, plan: _barnard.Plan, backend: str):
+        self._owner, self._session, self._plan, self._backend = owner, session, plan, backend
         self._warned = False
+        self._report: Report | None = None
+
+    @property
+    def report(self) -> Report:
+        """The report that its images are expected to have; optical depths and spectral errors are those of their worst case."""
+        if self._report is None:
+            self._report = report_of(self._plan.report)
+        return self._report
 
     @property
     def method(self) -> str:
-        return self._plan.method
+        """Spectral method."""
+        return self.report.method or ""
 
     @property
     def terms(self) -> int:
+        """Exponentials per sample and star."""
         return self._plan.terms
 
     @property
     def steps(self) -> str:
-        return self._plan.steps
+        """Spacing of the samples along a ray, as text."""
+        return self.report.steps or ""
 
     @property
     def bytes(self) -> int:
+        """Size of tables and volumes."""
         return self._plan.bytes
 
     @property
     def accuracy(self) -> float:
-        return self._plan.accuracy
+        """Requested accuracy."""
+        return self.report.accuracy or 0.0
 
     @property
     def misses_accuracy(self) -> bool:
         """True if pilot rays found a larger error than requested."""
-        return self._plan.misses_accuracy
+        return self.report.misses_accuracy
 
     @property
     def spatial_error(self) -> tuple[float, int] | None:
-        return self._plan.spatial_error
+        """Relative rms error of the worst band, and the number of pilot rays."""
+        spatial = self.report.spatial_error
+        return None if spatial is None else (spatial.error, spatial.pilot_rays)
 
     @property
     def certificates(self) -> dict[str, list[Certificate]]:
-        return certificates(self._scene.bands, self._plan.certificates)
+        """Spectral errors by passband."""
+        return self.report.certificates
 
     @property
     def camera(self) -> Camera:
         """Camera of the plan."""
-        return table_of(Camera, self._tree["camera"], "camera")
+        return table_of(Camera, self._session.tree["camera"], "camera")
 
     @property
     def notes(self) -> dict[str, str]:
-        return dict(self._plan.notes)
+        """Statements about volumes and multiple scattering, by topic."""
+        return self.report.notes
 
     def __reduce__(self):
         """The scene; unpickling plans it again, with the same bits."""
-        self._check(self._tree.get("camera"))
-        return _planned, (self._owner, self._tree.get("camera"), self._backend)
+        self._check(self._session.tree.get("camera"))
+        return _planned, (self._owner, self._session.tree.get("camera"), self._backend)
 
     def __repr__(self) -> str:
         return f"Plan({self.method}, {self.terms} terms per sample, {self.steps}, {self.bytes / 2**20:.1f} MiB)"
@@ -126,32 +121,33 @@ class Plan:
         PlanError
             If densities, lights, passbands, dust or method of the scene have changed.
         """
-        camera = self._tree.get("camera") if camera is None else camera
+        camera = self._session.tree.get("camera") if camera is None else camera
         moved = self._check(camera)
-        scene, plan = self._scene, self._plan
+        session, plan = self._session, self._plan
         with told(progress) as listener:
             if moved:
-                _, scene = self._owner._native(camera)
-                plan = plan.look_from(scene, progress=listener)
-            return self._render(scene, plan, listener)
+                session = self._owner._session(camera)
+                plan = plan.look_from(session.scene, progress=listener)
+            return self._render(session, plan, listener)
 
     def _check(self, camera: Any) -> bool:
         """True if a camera is another than that of the plan; refuses a scene that has changed."""
-        tree, native = self._owner._native(camera)
-        differing = self._scene.differing(native)
+        now = self._owner._session(camera)
+        differing = self._session.scene.differing(now.scene)
         if FIXED & set(differing):
-            changed = next((place for place in _changes(self._tree, tree) if FIXED & set(_parts(place))), "scene")
+            changed = next((place for place in _changes(self._session.tree, now.tree) if FIXED & set(_parts(place))), "scene")
             error = PlanError(f"{changed}: the scene has changed since the plan was made; make a new one with scene.plan()")
             error.key = changed
             raise error
         return bool(differing)
 
-    def _render(self, scene: Any, plan: Any, listener: Listener | None) -> Image:
-        image = Image(_barnard.render(scene, plan, self._backend, {}, self._owner._limit, progress=listener))
-        if plan.misses_accuracy:
-            error, rays = plan.spatial_error
+    def _render(self, session: Session, plan: _barnard.Plan, listener: Listener | None) -> Image:
+        image = Image(_barnard.render(session.scene, plan, self._backend, {}, session.limit, progress=listener))
+        spatial = image.report.spatial_error
+        if image.report.misses_accuracy and spatial is not None:
             words = (
-                f"the spatial error measured by {rays} pilot rays is {error:.1e}, the requested accuracy {plan.accuracy:.1e}; "
+                f"the spatial error measured by {spatial.pilot_rays} pilot rays is {spatial.error:.1e}, "
+                f"the requested accuracy {image.report.accuracy:.1e}; "
                 "sample functions more finely (Method(bake=...)), use a finer grid, or request less (Method(accuracy=...))"
             )
             image._warnings.append(words)

@@ -25,7 +25,7 @@ class Plates:
     >>> image = plates.expose(scene)
     """
 
-    def __init__(self, native: Any):
+    def __init__(self, native: _barnard.Plates):
         self._native = native
 
     def __reduce__(self):
@@ -68,7 +68,7 @@ class Plates:
         SceneError
             If the scene differs in anything else, or light or dust exceeds the range of the plates.
         """
-        return Image(self._native.expose(scene._native()[1]))
+        return Image(self._native.expose(scene._session().scene))
 
     def write(self, path: str | os.PathLike) -> None:
         """Writes the plates completely or not at all.

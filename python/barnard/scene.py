@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -15,8 +16,9 @@ from ._files import replace
 from ._progress import Listener, told
 from ._rows import scene_error, unknown_key
 from ._table import Table, checked, copied, table_of
+from ._session import Session
 from ._tree import LISTS, PARTS, TABLES, list_of, place_of, take, tree_of
-from .fit import Fit, FitModel, Images, model_of
+from .fit import Fit, FitModel, FreeKeys, Images, model_of
 from .image import Image
 from .parameters import Parameter, parameters_of
 from .plan import Plan, backend_options
@@ -122,18 +124,18 @@ class Scene:
         self.detail, self.spectrograph = detail, spectrograph
         self.display, self.observation, self.instrument, self.output = display, observation, instrument, output
         self.method, self.sequence = method, sequence
-        self.fields: dict[str, Field] = dict(fields or {})
-        self.bookmarks: dict[str, Camera] = dict(bookmarks or {})
-        self.emission: list[Emission] = emission
-        self.stars: list[Star] = stars
-        self.star_tables: list[StarTable] = star_tables
-        self.passbands: list[Band] = passbands
-        self.animation: list[Animation] = animation
+        self.fields: dict[str, Field] = cast("dict[str, Field]", dict(fields or {}))
+        self.bookmarks: dict[str, Camera] = cast("dict[str, Camera]", dict(bookmarks or {}))
+        self.emission: list[Emission] = list_of(emission, "emission")
+        self.stars: list[Star] = list_of(stars, "stars")
+        self.star_tables: list[StarTable] = list_of(star_tables, "star_tables")
+        self.passbands: list[Band] = list_of(passbands, "passbands")
+        self.animation: list[Animation] = list_of(animation, "animation")
 
     def _forget(self) -> None:
-        self._reader: Any = None
-        self._read: tuple[dict[str, Any], Any] | None = None
-        self._plan: dict[str, Any] = {}
+        self._reader: _barnard.Reader | None = None
+        self._current: Session | None = None
+        self._plan: dict[str, _barnard.Plan] = {}
         self._planned: Plan | None = None
 
     def _twin(self) -> Scene:
@@ -156,7 +158,7 @@ class Scene:
         super().__setattr__(name, value)
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {name: value for name, value in self.__dict__.items() if name not in ("_reader", "_read", "_plan", "_planned")}
+        state = {name: value for name, value in self.__dict__.items() if name not in ("_reader", "_current", "_plan", "_planned")}
         return {"version": _barnard.__version__, "scene": state}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -268,8 +270,8 @@ class Scene:
         self._refuse_bricks()
         tree = self._tree()
         for name, field in self._arrays().items():
-            file = f"{path.stem}_{name}.npy"
-            replace(path.with_name(file), lambda out, values=field.values: np.save(out, values))
+            file, values = f"{path.stem}_{name}.npy", np.asarray(field.values)
+            replace(path.with_name(file), functools.partial(np.save, arr=values))
             tree["field"][name]["file"] = file
         text = _barnard.to_toml(tree)
         replace(path, lambda out: out.write(text.encode()))
@@ -279,20 +281,19 @@ class Scene:
 
     # Rendering.
 
-    def _native(self, camera: Camera | dict[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
-        """The tree of the scene, and the scene as it was read from that."""
+    def _session(self, camera: Camera | dict[str, Any] | None = None) -> Session:
+        """The scene as it is now, or with another camera, for the native module."""
         self._refuse_bricks()
         tree = self._tree(camera)
-        if self._read is not None and self._read[0] == tree:
-            return self._read
-        self._read = (tree, self._reading().read(tree, "scene"))
-        return self._read
+        if self._current is None or self._current.tree != tree:
+            self._current = Session(tree, self._reading(), self._limit)
+        return self._current
 
-    def _reading(self) -> Any:
+    def _reading(self) -> _barnard.Reader:
         """Loader of the scene, with the arrays of its fields."""
         if self._reader is None:
             self._reader = _barnard.Reader(self._folder, self._limit)
-        arrays = {field._nodes()["file"]: (name, field.values) for name, field in self._arrays().items()}
+        arrays = {field._nodes()["file"]: (name, np.asarray(field.values)) for name, field in self._arrays().items()}
         self._reader.keep_arrays(list(arrays))
         for file, (name, values) in arrays.items():
             self._reader.add_array(file, f"the array of field {name}", values)
@@ -313,7 +314,7 @@ class Scene:
         SceneError
             If it cannot; `key` is the location.
         """
-        self._native()
+        _ = self._session().scene
 
     def plan(
         self,
@@ -340,14 +341,14 @@ class Scene:
         KeyboardInterrupt
             After Ctrl-C; the scene is unchanged.
         """
-        tree, native = self._native(camera)
+        session = self._session(camera)
         # Where nothing changed since, the plan of before is this one.
-        if self._planned is not None and self._planned._scene is native and self._planned._backend == backend:
+        if self._planned is not None and self._planned._session is session and self._planned._backend == backend:
             return self._planned
         with told(progress) as listener:
-            plan = _barnard.plan(native, self._plan.get(backend), backend, self._limit, progress=listener)
+            plan = _barnard.plan(session.scene, self._plan.get(backend), backend, session.limit, progress=listener)
         self._plan = {backend: plan}
-        self._planned = Plan(self, tree, native, plan, backend)
+        self._planned = Plan(self, session, plan, backend)
         return self._planned
 
     def plates(self, range: tuple[Any, Any] | None = None, *, dust: tuple[float, float] = (1, 1), progress: bool | Listener | None = None) -> Plates:
@@ -367,13 +368,13 @@ class Scene:
         KeyboardInterrupt
             After Ctrl-C.
         """
-        _, native = self._native()
+        session = self._session()
         with told(progress) as listener:
-            return Plates(_barnard.plates(native, wavelengths(range), tuple(dust), self._plan.get("cpu"), self._limit, progress=listener))
+            return Plates(_barnard.plates(session.scene, wavelengths(range), (dust[0], dust[1]), self._plan.get("cpu"), session.limit, progress=listener))
 
     def fit_model(
         self,
-        free: str,
+        free: FreeKeys,
         to: Images,
         *,
         sigma: Any = None,
@@ -385,9 +386,9 @@ class Scene:
 
         Parameters
         ----------
-        free : text
-            Free keys of the scene, separated by commas, with bounds (KEY=LOW..HIGH) and priors (KEY~MEAN+-SIGMA) in the units of
-            the scene. The values of the scene are the start.
+        free : dictionary from keys to Free, to (low, high) or to None; or list of keys
+            Free keys of the scene, such as {"star[0].temperature": bn.Free(5e3 * u.K, 4e4 * u.K), "dust.scale": None}, with bounds
+            and priors. The values of the scene are the start.
         to : path, Image or array, or list of them and of pairs
             FITS files: one image HDU per passband, by name; standard errors as NAME_error or ERR; a mask as mask.NAME, DQ or MASK;
             "file.fits[SCI,2]" selects one HDU. Images have their own unit and sky position; arrays are bands × height × width
@@ -410,7 +411,7 @@ class Scene:
 
     def fit(
         self,
-        free: str,
+        free: FreeKeys,
         to: Images,
         *,
         sigma: Any = None,
@@ -462,12 +463,12 @@ class Scene:
         """
         options = backend_options(backend, accuracy, samples, target_error, seed)
         if backend in ("path", "reference"):
-            _, native = self._native(camera)
+            session = self._session(camera)
             with told(progress) as listener:
-                return Image(_barnard.render(native, None, backend, options, self._limit, progress=listener))
+                return Image(_barnard.render(session.scene, None, backend, options, session.limit, progress=listener))
         with told(progress) as listener:
             plan = self.plan(camera, backend=backend, progress=listener)
-            return plan._render(plan._scene, plan._plan, listener)
+            return plan._render(plan._session, plan._plan, listener)
 
     def frames(self) -> FrameSequence:
         """The frames of a scene with a camera path, animated keys or a sequence.

@@ -25,16 +25,16 @@ class FrameSequence:
 
     def __init__(self, scene: Scene):
         self._owner = scene
-        self._tree, self._limit = scene._tree(), scene._limit
-        self._native: Any = None
+        self._session = scene._session()
+        self._native: _barnard.Sequence | None = None
 
-    def _sequence(self) -> Any:
+    def _sequence(self) -> _barnard.Sequence:
         if self._native is None:
-            self._native = _barnard.sequence(self._owner._reading(), self._tree, "scene")
+            self._native = _barnard.sequence(self._session.reader, self._session.tree, "scene")
         return self._native
 
     def _check(self) -> None:
-        if self._owner._tree() != self._tree:
+        if self._owner._session().tree != self._session.tree:
             error = PlanError("the scene has changed since its frames were made; make new ones with scene.frames()")
             error.key = "scene"
             raise error
@@ -86,7 +86,7 @@ class FrameSequence:
         options = backend_options(backend, accuracy, samples, target_error, seed)
         sequence = self._sequence()
         with told(progress) as listener:
-            return Image(sequence.render(int(number), backend, options, self._limit, progress=listener))
+            return Image(sequence.render(int(number), backend, options, self._session.limit, progress=listener))
 
     def __reduce__(self):
         """Its scene; whoever reads the pickle chooses anew what holds for all frames, with the same bits."""

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 
+import astropy.units as u
 import barnard as bn
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from conftest import cloud, lit
 optimize = pytest.importorskip("scipy.optimize")
 
 INSTRUMENT = bn.Instrument(aperture="0.5 m", read_noise="4 e", sky="21.5 mag", exposure="20 s", frames=3)
-FREE = "star.0.luminosity, star.0.temperature=4000..40000"
+FREE = {"star[0].luminosity": None, "star[0].temperature": bn.Free(4e3 * u.K, "40 kK")}
 
 
 @pytest.fixture
@@ -27,11 +28,11 @@ def observed(tmp_path):
 def test_truth_is_found(observed):
     scene, path = observed
     fit = scene.fit(FREE, path)
-    assert fit.converged and fit.linear == {"star.0.luminosity": True, "star.0.temperature": False}
-    for key, truth in (("star.0.luminosity", 1000), ("star.0.temperature", 12000)):
+    assert fit.converged and fit.linear == {"star[0].luminosity": True, "star[0].temperature": False}
+    for key, truth in (("star[0].luminosity", 1000), ("star[0].temperature", 12000)):
         assert abs(fit.values[key] - truth) < 4 * fit.sigma[key]
-    assert fit.units == {"star.0.luminosity": "Lsun", "star.0.temperature": "K"} and fit.covariance.shape == (2, 2)
-    assert 0.9 < fit.chi2 / fit.freedom < 1.1 and "star.0.luminosity = " in repr(fit)
+    assert fit.units == {"star[0].luminosity": "Lsun", "star[0].temperature": "K"} and fit.covariance.shape == (2, 2)
+    assert 0.9 < fit.chi2 / fit.freedom < 1.1 and "star[0].luminosity = " in repr(fit)
     left = fit.residuals[0]
     pull = np.asarray(left["johnson-V"]) / np.asarray(left["johnson-V_error"])
     pull = pull[np.isfinite(pull)]
@@ -53,7 +54,7 @@ def test_places_on_the_sky_are_compared(observed, tmp_path):
                 if hdu.header["NAXIS"] == 2:
                     change(hdu.header)
             all.writeto(other, overwrite=True)
-        return scene.fit("star.0.luminosity", other)
+        return scene.fit(["star[0].luminosity"], other)
 
     def moved(header, pixels):
         # The same plane about another of its points, as astropy has it, by a CD matrix.
@@ -69,7 +70,7 @@ def test_places_on_the_sky_are_compared(observed, tmp_path):
         for j in (0, 1):
             header[f"CD1_{j + 1}"], header[f"CD2_{j + 1}"] = step[j].lon.wrap_at("180d").deg, step[j].lat.deg
 
-    plain = scene.fit("star.0.luminosity", path)
+    plain = scene.fit(["star[0].luminosity"], path)
     assert again(lambda header: moved(header, 0.02)).values == plain.values
     with pytest.raises(bn.SceneError, match="0.20 pixels from"):
         again(lambda header: moved(header, 0.2))
@@ -103,7 +104,7 @@ def test_other_programs_drive_it(observed):
 
 def test_likelihoods_hang_on_values_alone(observed):
     scene, path = observed
-    free = "star.0.luminosity, dust.scale=0.5..12"
+    free = {"star[0].luminosity": None, "dust.scale": (0.5, 12)}
     places = [[900, 3], [1000, 3.1], [800, 9], [1000, 2.9]]
     own = [scene.fit_model(free, path).log_likelihood(place) for place in places]
     model = scene.fit_model(free, path)
@@ -131,7 +132,7 @@ def test_defaults_of_scipy_and_emcee_find_the_truth():
     scene.bands, scene.camera = ["johnson-B", "cousins-R"], bn.perspective("0 0 4 pc", "32 deg", size=24)
     data, sigma = noisy(scene)
     scene.dust.scale, scene.stars[0].temperature = "1.5 /pc", "7000 K"
-    model = scene.fit_model("dust.scale=0.2..10, star[0].temperature=3000..40000", data, sigma=sigma)
+    model = scene.fit_model({"dust.scale": (0.2, 10), "star[0].temperature": bn.Free(3000, 40000)}, data, sigma=sigma)
     # A step as scipy takes by itself changes what is predicted, and not by rounding.
     start = np.array(model.start)
     small, large = ((model.residuals(start + [step, 0]) - model.residuals(start)) / step for step in (2e-8, 2e-3))
@@ -158,7 +159,7 @@ def test_derivatives_by_linear_keys_are_exact():
     scene = lit(cloud())
     scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=16)
     data, sigma = noisy(scene)
-    model = scene.fit_model("star[0].luminosity=100..1000", data, sigma=sigma)
+    model = scene.fit_model({"star[0].luminosity": bn.Free(100, 1000)}, data, sigma=sigma)
     # At the bound differences are of one side.
     for at in (400.0, 1000.0):
         column = model.jacobian([at])[:, 0]
@@ -171,26 +172,26 @@ def test_arrays_and_pictures_are_fitted():
     picture = scene.render()
     data, sigma = noisy(scene)
     scene.stars[0].luminosity = "600 Lsun"
-    of_array = scene.fit("star[0].luminosity", data, sigma=sigma)
+    of_array = scene.fit(["star[0].luminosity"], data, sigma=sigma)
     assert abs(of_array.values["star[0].luminosity"] - 1000) < 4 * of_array.sigma["star[0].luminosity"]
     # A picture without noise is found to what single precision leaves.
     with pytest.warns(UserWarning, match="chi2"):
-        of_picture = scene.fit("star[0].luminosity", picture, sigma=sigma)
+        of_picture = scene.fit(["star[0].luminosity"], picture, sigma=sigma)
     assert of_picture.values["star[0].luminosity"] == pytest.approx(1000, rel=1e-5)
     # Pixels of a mask do not count, whatever they hold.
     mask = np.zeros(data.shape, dtype=bool)
     mask[:, :4] = True
     broken = np.where(mask, 1e9, data)
-    masked = scene.fit("star[0].luminosity", broken, sigma=sigma, mask=mask)
+    masked = scene.fit(["star[0].luminosity"], broken, sigma=sigma, mask=mask)
     assert masked.pixels == data.size * 3 // 4
-    assert scene.fit("star[0].luminosity", [(data, {"sigma": sigma}), (data, {"sigma": sigma})]).pixels == 2 * data.size
+    assert scene.fit(["star[0].luminosity"], [(data, {"sigma": sigma}), (data, {"sigma": sigma})]).pixels == 2 * data.size
     for image, words in ((data, "no standard errors"), (data[:2], "2 bands"), (data[:, :8], "16 x 8 pixels")):
         with pytest.raises(bn.SceneError, match=words):
-            scene.fit("star[0].luminosity", image, sigma=None if image is data else 1e-9)
+            scene.fit(["star[0].luminosity"], image, sigma=None if image is data else 1e-9)
     with pytest.raises(ValueError, match="shape"):
-        scene.fit("star[0].luminosity", data, sigma=sigma[:, :3])
+        scene.fit(["star[0].luminosity"], data, sigma=sigma[:, :3])
     with pytest.raises(TypeError, match="sigma requires an array"):
-        scene.fit("star[0].luminosity", "file.fits", sigma=1)
+        scene.fit(["star[0].luminosity"], "file.fits", sigma=1)
 
 
 def test_models_are_pickled(observed, monkeypatch, tmp_path):
@@ -227,7 +228,7 @@ def test_units_and_places_are_said_or_assumed(tmp_path):
         return path
 
     def found(source, **told):
-        fit = scene.fit("star[0].luminosity", source, **told)
+        fit = scene.fit(["star[0].luminosity"], source, **told)
         return fit.values["star[0].luminosity"]
 
     with pytest.warns(UserWarning, match="chi2"):
@@ -282,16 +283,31 @@ def test_images_with_tables_of_their_own(observed, tmp_path):
     other.render().observe(deep).master().write(second)
     together = scene.fit(FREE, [path, (second, {"bands": ["sdss2010-g"], "instrument": deep})])
     alone = scene.fit(FREE, path)
-    assert together.pixels > alone.pixels and together.sigma["star.0.luminosity"] < alone.sigma["star.0.luminosity"]
+    assert together.pixels > alone.pixels and together.sigma["star[0].luminosity"] < alone.sigma["star[0].luminosity"]
     assert len(together.residuals) == 2
+
+
+def test_free_keys_are_values_with_units(observed):
+    """Quantities, texts in another unit and numbers in the scene's unit are the same bounds; a text of keys is deprecated."""
+    scene, path = observed
+    forms = [(4e3 * u.K, 40 * u.kK), ("4 kK", "40000 K"), (4000, 40000)]
+    models = [scene.fit_model({"star[0].temperature": bn.Free(*form, prior=(9e3 * u.K, "500 K"))}, path) for form in forms]
+    assert all(model.bounds == [(4000.0, 40000.0)] and model.units == ["K"] for model in models)
+    with pytest.warns(DeprecationWarning, match="give a dictionary"):
+        assert scene.fit_model("star[0].temperature=4000..40000", path).bounds == models[0].bounds
+    for wrong in (3 * u.m, "3 m", "hot", (1, 2)):
+        with pytest.raises(bn.SceneError, match=r"star\[0\].temperature"):
+            scene.fit_model({"star[0].temperature": bn.Free(wrong)}, path)
+    with pytest.raises(bn.SceneError, match="positive standard deviation"):
+        scene.fit_model({"star[0].temperature": bn.Free(prior=(9000, 0))}, path)
 
 
 def test_what_cannot_be_fitted_is_said(observed):
     scene, path = observed
-    with pytest.raises(bn.SceneError, match="KEY=LOW"):
-        scene.fit("star.0.luminosity=3..1", path)
+    with pytest.raises(bn.SceneError, match="no value within its bounds"):
+        scene.fit({"star[0].luminosity": bn.Free(3, 1)}, path)
     with pytest.raises(bn.SceneError, match="write the key in the scene"):
-        scene.fit("star.0.radius", path)
+        scene.fit(["star[0].radius"], path)
     with pytest.raises(ValueError, match="2 keys"):
         scene.fit_model(FREE, path).fit([1.0])
     scene.camera = bn.perspective("0 0 1000 pc", "0.12 deg", size=24)

@@ -74,7 +74,7 @@ def test_plates_exposures_and_fits_pickle():
         assert all(np.array_equal(twin.frame(1)[band], frame) for band, frame in exposures.frame(1).items())
         same(exposures.master(), twin.master())
         same(exposures.master(), through(exposures.master()))
-    fit = scene.fit("star[0].luminosity", scene.render().observe().master())
+    fit = scene.fit(["star[0].luminosity"], scene.render().observe().master())
     twin = through(fit)
     assert 0.8 < fit.chi2 / fit.freedom < 1.2
     assert twin.values == fit.values and np.array_equal(twin.covariance, fit.covariance) and repr(twin) == repr(fit)
@@ -89,7 +89,7 @@ def test_models_work_in_processes():
     scene = lit(cloud(12))
     scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=8)
     data = scene.render().radiance
-    model = scene.fit_model("star[0].luminosity", data, sigma=1e-9)
+    model = scene.fit_model(["star[0].luminosity"], data, sigma=1e-9)
     places = [900.0, 1000.0, 1100.0]
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         assert list(pool.map(luminous, [model] * 3, places)) == [luminous(model, place) for place in places]

@@ -4,7 +4,7 @@ use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::scene::{Method, Scene};
 use divan::counter::BytesCount;
 use rayon::prelude::*;
@@ -30,9 +30,11 @@ fn scene(bake: usize) -> Scene {
     barnard_files::parse("bench.toml", "bench", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).expect("the bench's scene is valid")
 }
 
-fn plan(scene: &Scene, method: &str) -> Plan {
+fn plan(scene: &Scene, method: &str) -> Planned {
     let method: Method = scene.method.clone().with_name(method).expect("a known method");
-    Plan::new(&scene.clone().method(method), &Options::default(), &Control::default()).expect("the bench's scene can be planned")
+    Planner::new(&Options::default())
+        .plan(scene.clone().method(method), None, &Control::default())
+        .expect("the bench's scene can be planned")
 }
 
 /// One frame with warm star depths, by method, 256 × 256 pixels, 128³ voxels.
@@ -68,7 +70,10 @@ fn frame_by_bands(bencher: divan::Bencher, bands: usize) {
 /// Depths of a star that moved, by grid; bytes are those of a float read and one written for each voxel.
 #[divan::bench(args = EDGES, sample_count = 5)]
 fn star_depths(bencher: divan::Bencher, edge: usize) {
-    let mut plan = Plan::sampled(&scene(edge), &Options::default(), 10, &Control::default()).expect("the bench's scene can be planned");
+    let mut plan = Planner::new(&Options::default())
+        .with_quality(Quality::Fixed(10))
+        .plan(scene(edge), None, &Control::default())
+        .expect("the bench's scene can be planned");
     let mut x = 0.0;
     bencher.counter(BytesCount::new(8 * edge.pow(3))).bench_local(|| {
         x = 0.3 - x;

@@ -27,6 +27,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let dust = Dust::new(density, Extinction::by_name("gordon23")?, Scale::per_pc(5.0)).albedo(0.6).phase(HenyeyGreenstein::new(0.5)?);
     let star = Star::blackbody(Temperature(22_000.0), Luminosity::suns(5000.0)).at(dvec3(0.2, 0.1, 0.3));
     let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(25.0).size(256, 256);
-    let image = barnard::render(&Scene::new(camera).dust(dust).star(star), &Options::default())?;
-    Ok(image.save("array.png")?)
+    let scene = Scene::new(camera).dust(dust).star(star);
+    Ok(barnard::render(&scene, &Options::default())?.save("array.png", &scene.save_options())?)
 }

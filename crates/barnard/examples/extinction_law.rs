@@ -31,5 +31,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).size(200, 200);
     let sky = Background::stars(StarField { seed: 7, ..StarField::default() });
     let scene = Scene::new(camera).bands(passband::set("johnson")?).dust(dust).star(star).background(sky);
-    Ok(barnard::render(&scene, &Options::default())?.save("extinction_law.png")?)
+    Ok(barnard::render(&scene, &Options::default())?.save("extinction_law.png", &scene.save_options())?)
 }

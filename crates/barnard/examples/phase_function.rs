@@ -35,5 +35,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let dust = Dust::new(Fbm::new(3), Extinction::by_name("ccm89")?, Scale::mag_per_pc(4.0)).albedo(0.6).phase(lobes);
     let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
     let scene = Scene::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(200, 200)).dust(dust).star(star);
-    Ok(barnard::render(&scene, &Options::default())?.save("phase_function.png")?)
+    Ok(barnard::render(&scene, &Options::default())?.save("phase_function.png", &scene.save_options())?)
 }

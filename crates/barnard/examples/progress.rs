@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     match barnard::render_with(&scene, &Options::default(), &control) {
         Err(Error::Interrupted) => eprintln!("stopped: it took more than a minute"),
-        image => image?.save("progress.png")?,
+        image => image?.save("progress.png", &scene.save_options())?,
     }
     Ok(())
 }

@@ -2,14 +2,14 @@
 //!
 //! One cloud lit by a star of five temperatures: whatever of a plan does not hang on the spectrum is kept.
 
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::field::Fbm;
 use barnard::glam::{DVec3, dvec3};
-use barnard::plan::sample_functions;
+use barnard::plan::{Planner, sample_functions};
 use barnard::scene::{Dust, Scale, Scene, Star};
 use barnard::spectra::extinction::Extinction;
 use barnard::spectra::units::{Luminosity, Temperature};
-use barnard::{Camera, Control, Options, Plan};
+use barnard::{Camera, Control, Options, Planned};
 use barnard_files::SaveImage;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -17,15 +17,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(160, 160);
     let (mut scene, options, control) = (Scene::new(camera).dust(dust), Options::default(), Control::default());
     sample_functions(&mut scene, &options)?;
-    let mut plan: Option<Plan> = None;
+    let mut before: Option<Planned> = None;
     for kelvin in [4000.0, 7000.0, 12_000.0, 22_000.0, 40_000.0] {
         let star = Star::blackbody(Temperature(kelvin), Luminosity::suns(1000.0)).at(dvec3(0.2, 0.3, 0.4));
         scene.stars = vec![star];
-        let next = Plan::updated(plan.as_ref(), &scene, &options, &control)?;
-        let (image, stats) = cpu::render(&scene, &next, &control)?;
-        println!("{kelvin} K: {}", next.worst_certificate(0, &stats));
-        image.save(format!("temperature_{kelvin}.png"))?;
-        plan = Some(next);
+        let planned = Planner::new(&options).plan(&scene, before.as_ref(), &control)?;
+        let (image, _) = Renderer::new(&mut cpu::Cpu).render(&planned, &control)?;
+        println!("{kelvin} K: {}", image.report.worst_words("johnson-V"));
+        image.save(format!("temperature_{kelvin}.png"), &scene.save_options())?;
+        before = Some(planned);
     }
     Ok(())
 }

@@ -17,7 +17,7 @@
 //! # let camera = camera.size(24, 24);
 //! let scene = Scene::new(camera).bands(passband::set("johnson")?).dust(dust).star(star);
 //! let image = barnard::render(&scene, &Options::default())?;
-//! image.save("nebula.fits")?;
+//! image.save("nebula.fits", &scene.save_options())?;
 //! # assert!(image.band(1).all(|v| v.is_finite()) && image.band(1).any(|v| v > 0.0) && std::path::Path::new("nebula.fits").exists());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -53,9 +53,9 @@ pub use barnard_scene::{
     glam, image, instrument, keywords, light, memory, observation, phase, points, properties, random, scene, spectra, star_catalogue,
     star_field, stored,
 };
-pub use plan::{Options, Plan};
+pub use plan::{Options, Plan, Planned, Planner};
 pub use plates::Plates;
-pub use render::{render, render_with};
+pub use render::{render, render_reference, render_with};
 
 #[doc(hidden)]
 pub use barnard_scene::fixtures;

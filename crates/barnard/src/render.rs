@@ -1,7 +1,8 @@
 //! Renders in one call.
 
 use crate::backend::cpu::Cpu;
-use crate::backend::{Backend, Job};
+use crate::backend::reference::Reference;
+use crate::backend::{Job, Renderer};
 use crate::control::Control;
 use crate::error::Result;
 use crate::image::Image;
@@ -21,5 +22,13 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
 /// # Errors
 /// Errors of [`render`], and [`Interrupted`](crate::Error::Interrupted).
 pub fn render_with(scene: &Scene, options: &Options, control: &Control) -> Result<Image> {
-    Ok(Cpu.render(&Job::new(scene, options)?, control)?.0)
+    Ok(Renderer::new(&mut Cpu).render(Job::new(scene, options)?, control)?.0)
+}
+
+/// Renders `scene` exactly, to `accuracy` of each pixel's radiance: slow, for light that scatters once.
+///
+/// # Errors
+/// Errors of [`Scene::check`], if light scatters more than once, and on interruption by the user.
+pub fn render_reference(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> {
+    Ok(Renderer::new(&mut Reference { accuracy }).render(Job::new(scene, &Options::default())?, control)?.0)
 }

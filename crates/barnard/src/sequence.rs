@@ -1,8 +1,8 @@
 //! Sequences: frame after frame of a scene that changes.
 //!
-//! A [`Sequence`] is such a scene as it was said, from which scenes at moments are read. A [`Follower`] goes with it from
-//! moment to moment and makes anew what changed alone: a camera that moves keeps all that space and spectra decide. What
-//! would flicker if each frame chose it, [`Held`] fixes for all of them.
+//! A [`Sequence`] is an animated scene, from which scenes at moments are read. A [`Follower`] goes with it from moment to moment and
+//! computes again only what changed: a camera that moves keeps the plan. [`FrameSettings`] fixes choices that would flicker if each
+//! frame made its own.
 
 use std::sync::Arc;
 
@@ -10,13 +10,13 @@ use spectra::colour::Palette;
 use spectra::fingerprint::Fingerprint;
 
 use crate::animation::{Frames, Timeline};
+use crate::backend::Renderer;
 use crate::backend::cpu::Cpu;
-use crate::backend::{Backend, Job};
 use crate::camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::image::{Display, Level, Output, Tone};
-use crate::plan::{Choices, Options, Plan};
+use crate::plan::{Choices, Options, Planned, Planner, Quality};
 use crate::properties::{Section, Table, Value};
 use crate::scene::{Film, Loader, Provenance, Scene};
 
@@ -122,7 +122,7 @@ pub struct Follower {
     /// The latest scene, and the fingerprint of its tree without the camera.
     read: Option<(Fingerprint, Scene)>,
     /// The latest plan, and what it depends on but the camera.
-    planned: Option<(Inputs, Plan)>,
+    planned: Option<(Inputs, Planned)>,
 }
 
 /// Inputs of a plan but the camera.
@@ -170,19 +170,19 @@ impl Follower {
         Ok(scene)
     }
 
-    /// The plan of the latest scene, which may have another camera, display or method by now, as `held` holds it.
+    /// The plan of the latest scene, which may have another camera, display or method by now, made by choices of earlier plans.
     ///
     /// # Errors
-    /// Errors of [`Plan::new`].
-    pub fn plan(&mut self, scene: &Scene, options: &Options, held: &Choices, control: &Control) -> Result<&Plan> {
+    /// Errors of [`Planner::plan`].
+    pub fn plan(&mut self, scene: &Scene, options: &Options, choices: &Choices, control: &Control) -> Result<&Planned> {
         let Options { memory_limit, star_depth_voxels, .. } = *options;
-        let inputs = Inputs { physics: scene.parts().physics(), choices: held.clone(), memory_limit, star_depth_voxels };
+        let inputs = Inputs { physics: scene.parts().physics(), choices: choices.clone(), memory_limit, star_depth_voxels };
         let plan = match self.planned.take() {
-            Some((of, mut plan)) if of == inputs => {
-                plan.look_from(scene.camera.clone(), control)?;
-                plan
+            Some((of, planned)) if of == inputs => planned.with_scene(scene.into(), control)?,
+            before => {
+                let planner = Planner::new(options).with_quality(Quality::Chosen(choices.clone()));
+                planner.plan(scene, before.as_ref().map(|(_, planned)| planned), control)?
             }
-            before => Plan::holding(before.as_ref().map(|(_, plan)| plan), scene, options, held, control)?,
         };
         Ok(&self.planned.insert((inputs, plan)).1)
     }
@@ -197,34 +197,34 @@ fn but_for_camera(tree: &Table) -> Fingerprint {
 
 /// Settings shared by all frames of a sequence, so that none differs from its neighbours by more than what it shows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Held {
+pub struct FrameSettings {
     /// Choices of the pilot rays of some frames.
     pub choices: Choices,
     /// The display of all frames where they leave levels to be found: the median of those that these frames ask for.
     pub display: Display,
 }
 
-impl Held {
-    /// Common choice of the pilot frames of a sequence; `scene` makes each of them from its moment \[s\].
+impl FrameSettings {
+    /// Settings measured on the pilot frames of a sequence; `scene` makes each of them from its moment \[s\].
     ///
     /// # Errors
-    /// Errors of [`Plan::new`] and of `scene`, and on interruption by the user.
-    pub fn by<E: From<Error>>(
+    /// Errors of [`Planner::plan`] and of `scene`, and on interruption by the user.
+    pub fn measured<E: From<Error>>(
         pilots: &[f64],
         mut scene: impl FnMut(f64) -> std::result::Result<Scene, E>,
         options: &Options,
         control: &Control,
     ) -> std::result::Result<Self, E> {
         let mut choices: Option<Choices> = None;
-        // One scene and one plan at a time are held, and what is shared with the next.
-        let mut before: Option<Plan> = None;
+        // One scene and one plan at a time are in memory, and what the next shares with them.
+        let mut before: Option<Planned> = None;
         let mut display: Option<Display> = None;
         let mut tones: Vec<Tone> = Vec::new();
         for (i, time) in pilots.iter().enumerate() {
             let share = |i: usize| i as f64 / pilots.len() as f64;
             let control = control.part(share(i), share(i + 1));
             let scene = &scene(*time)?;
-            let plan = Plan::updated(before.as_ref(), scene, options, &control)?;
+            let plan = Planner::new(options).plan(scene, before.as_ref(), &control)?;
             display.get_or_insert_with(|| scene.display.clone());
             let own = Choices::of(&plan);
             choices = Some(choices.map_or_else(|| own.clone(), |all| all.and(&own)));
@@ -234,9 +234,7 @@ impl Held {
                 let edge = |n: usize| ((n as f64 * scale).round() as usize).max(1);
                 let camera = scene.camera.clone().size(edge(width), edge(height)).supersampling(1);
                 let small = Scene { camera, output: Output::default(), ..scene.clone() };
-                let mut looking = plan.clone();
-                looking.look_from(small.camera.clone(), &control)?;
-                let (image, _) = Cpu.render(&Job::planned(&small, options, &looking)?, &control)?;
+                let (image, _) = Renderer::new(&mut Cpu).render(&plan.with_scene(small.into(), &control)?, &control)?;
                 // A frame without light asks for nothing.
                 if image.radiances().any(|band| image.band(band).any(|v| v > 0.0)) {
                     tones.push(scene.display.tone(&image));
@@ -253,13 +251,13 @@ impl Held {
 
     /// A display of one frame, with the levels that hold where it leaves them to be found.
     pub fn display(&self, own: &Display) -> Display {
-        let held = &self.display;
+        let shared = &self.display;
         Display {
-            palette: if own.balance { held.palette.clone() } else { own.palette.clone() },
+            palette: if own.balance { shared.palette.clone() } else { own.palette.clone() },
             balance: false,
             stretch: own.stretch,
             black: own.black,
-            white: if own.white == Level::Auto { held.white } else { own.white },
+            white: if own.white == Level::Auto { shared.white } else { own.white },
             bits: own.bits,
             glare: own.glare,
         }

@@ -31,9 +31,4 @@ impl RenderStats {
             negative: self.negative + other.negative,
         }
     }
-
-    /// The values below zero in words, where there are any.
-    pub fn negative_note(&self) -> Option<(String, String)> {
-        (self.negative > 0).then(|| ("negative values".into(), format!("{} pixels over all bands, unchanged", self.negative)))
-    }
 }

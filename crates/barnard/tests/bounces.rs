@@ -1,21 +1,21 @@
 //! Many bounces by the plan's field of scattered light: against the path tracer, which knows nothing of it, and against
 //! what is known.
 
-use barnard::backend::{cpu, path, reference};
+use barnard::backend::{cpu, path};
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::scene::{MANY_BOUNCES, Scene};
 
 fn parse(text: &str) -> Scene {
     barnard_files::parse("bounces.toml", "bounces", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
-fn plan(scene: &Scene) -> Plan {
-    Plan::new(scene, &Options::default(), &Control::default()).unwrap()
+fn plan(scene: &Scene) -> Planned {
+    Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap()
 }
 
-fn radiance(plan: &Plan) -> Vec<f64> {
+fn radiance(plan: &Planned) -> Vec<f64> {
     cpu::radiance(plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
 }
 
@@ -154,7 +154,7 @@ fn fields_are_kept() {
     let text = |camera: &str, bounces: usize| format!("{camera}{BALL}{}{STAR}{METHOD}steps = 60\nbounces = {bounces}\n", forward(0.5));
     let sampled = |text: &str| {
         let scene = parse(text);
-        Plan::sampled(&scene, &Options::default(), 60, &Control::default()).unwrap()
+        Planner::new(&Options::default()).with_quality(Quality::Fixed(60)).plan(&scene, None, &Control::default()).unwrap()
     };
     let (one, two) = (sampled(&text(CAMERA, 1)), sampled(&text(CAMERA, 2)));
     assert!(
@@ -165,7 +165,7 @@ fn fields_are_kept() {
     let aside = CAMERA.replace("0.4 0.3 5 pc", "3 -1 4 pc");
     let (mut moved, there) = (two.clone(), sampled(&text(&aside, 2)));
     moved.look_from(there.camera().clone(), &Control::default()).unwrap();
-    let volumes = |plan: &Plan| {
+    let volumes = |plan: &Planned| {
         plan.scattered_field()
             .as_ref()
             .unwrap()
@@ -193,7 +193,7 @@ fn passbands_do_not_mix() {
 bounces = 3
 "#
         ));
-        radiance(&Plan::sampled(&scene, &Options::default(), 60, &Control::default()).unwrap())
+        radiance(&Planner::new(&Options::default()).with_quality(Quality::Fixed(60)).plan(&scene, None, &Control::default()).unwrap())
     };
     let all = picture("\"johnson-B\", \"johnson-V\", \"cousins-R\"");
     for (b, band) in ["\"johnson-B\"", "\"johnson-V\"", "\"cousins-R\""].into_iter().enumerate() {
@@ -209,19 +209,19 @@ bounces = 3
 fn limits_are_said() {
     let scene = |method: &str| parse(&format!("{CAMERA}{BALL}{}{STAR}{METHOD}{method}", forward(0.6)));
     let many = scene("bounces = 3\n");
-    let within = |memory_limit: u64| Plan::new(&many, &Options::within(memory_limit), &Control::default());
+    let within = |memory_limit: u64| Planner::new(&Options::within(memory_limit)).plan(&many, None, &Control::default());
     let (whole, coarse) = (plan(&many), within(40 << 20).unwrap());
-    let cells = |plan: &Plan| plan.scattered_field().as_ref().unwrap().report.cells;
+    let cells = |plan: &Planned| plan.scattered_field().as_ref().unwrap().report.cells;
     assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.scattered_field().as_ref().unwrap().bytes() < 40 << 20);
-    let said = |plan: &Plan| plan.notes().into_iter().find(|n| n.0 == "multiple scattering").unwrap().1;
+    let said = |plan: &Planned| plan.expected_report().words().into_iter().find(|n| n.0 == "multiple scattering").unwrap().1;
     assert!(said(&coarse).contains("memory limit") && !said(&whole).contains("memory limit"), "{}", said(&coarse));
     assert!(within(2 << 20).unwrap_err().to_string().contains("memory"));
-    let refused = |scene: &Scene| Plan::new(scene, &Options::default(), &Control::default()).unwrap_err().to_string();
+    let refused = |scene: &Scene| Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap_err().to_string();
     let lookup = refused(&scene("bounces = 3\nname = \"lookup\"\n"));
     assert!(lookup.contains("bounces = 1") && lookup.contains("band_quadrature"), "{lookup}");
-    let message = reference::render(&many, 1e-3, &Control::default()).unwrap_err().to_string();
+    let message = barnard::render_reference(&many, 1e-3, &Control::default()).unwrap_err().to_string();
     assert!(message.contains("bounces = 1"), "{message}");
     let control = Control::default();
     control.interrupt();
-    assert!(matches!(Plan::new(&many, &Options::default(), &control), Err(barnard::Error::Interrupted)));
+    assert!(matches!(Planner::new(&Options::default()).plan(&many, None, &control), Err(barnard::Error::Interrupted)));
 }

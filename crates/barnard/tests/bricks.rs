@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use barnard::backend::cpu;
 use barnard::backend::cpu::bricks::{Partial, Whole};
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
 use barnard::field::Grid;
 use barnard::glam::DVec3;
 use barnard::image::Image;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::star_depths::frustum_sweep::sweep;
-use barnard::plan::{BrickFields, Options, Plan, densities, sample_functions};
+use barnard::plan::{BrickFields, Options, Planned, Planner, densities, sample_functions};
 use barnard::scene::Scene;
 use barnard::volume::{Channel, ChannelMut, Volume};
 
@@ -67,8 +67,8 @@ bake = 40
     scene
 }
 
-fn planned(scene: &Scene) -> Plan {
-    Plan::new(scene, &Options::default(), &Control::default()).unwrap()
+fn planned(scene: &Scene) -> Planned {
+    Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap()
 }
 
 /// The values of some voxels of a grid.
@@ -167,7 +167,7 @@ fn bricks_make_the_picture_of_one() {
             assert!(worst < 1e-6, "{camera} {method}: {worst:.1e}");
         }
         // The fast back end ends rays early, and takes boxes that are occupied as the densities themselves have them.
-        let fast = cpu::render(&scene, &planned(&scene), &Control::default()).unwrap().0;
+        let fast = Renderer::new(&mut cpu::Cpu).render(&planned(&scene), &Control::default()).unwrap().0;
         let worst = difference(&one, &fast);
         assert!(worst < 1e-3, "{camera} {method}, beside the fast back end: {worst:.1e}");
     }

@@ -3,14 +3,14 @@
 use crate::common::cases::{answer, compare, folders, load};
 use barnard::control::Control;
 use barnard::image::Image;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planner};
 use barnard::scene::{Method, Scene};
 
 fn cpu(scene: &Scene, method: Method) -> Image {
     let scene = &scene.clone().method(method);
-    let plan = Plan::new(scene, &Options::default(), &Control::default()).unwrap();
+    let plan = Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap();
     println!("{:?} {:?}, terms {}", plan.space().spatial, plan.space().star_factor, plan.spectral().terms());
-    barnard::backend::cpu::render(scene, &plan, &Control::default()).unwrap().0
+    barnard::backend::Renderer::new(&mut barnard::backend::cpu::Cpu).render(&plan, &Control::default()).unwrap().0
 }
 
 #[test]
@@ -24,8 +24,7 @@ fn cpu_is_within_3e_3_of_every_case() {
 #[test]
 fn reference_is_within_1e_4_of_every_case() {
     for folder in folders() {
-        let image = barnard::backend::reference::render(&load(&folder), barnard::backend::reference::DEFAULT_ACCURACY, &Control::default())
-            .unwrap();
+        let image = barnard::render_reference(&load(&folder), barnard::backend::reference::DEFAULT_ACCURACY, &Control::default()).unwrap();
         assert!(compare(&folder, &image, 1e-4) < 1e-4, "{}", folder.display());
     }
 }

@@ -1,18 +1,18 @@
 //! Detail below voxels: the back ends agree on it, pixels that do not see it are left alone, and it keeps what a cloud sends.
 
-use barnard::backend::{Backend, Job, cpu, cpu::Cpu, path, reference};
+use barnard::backend::{Job, Renderer, cpu, cpu::Cpu, path};
 use barnard::detail::Detail;
 use barnard::field::{Grid, Lattice, Turbulence};
 use barnard::geometry::Bounds;
 use barnard::glam::{DVec3, dvec3};
 use barnard::image::{Image, relative_rms};
 use barnard::phase::HenyeyGreenstein;
-use barnard::plan::Stepping;
+use barnard::plan::{Planner, Stepping};
 use barnard::scene::{Dust, Emission, Scale, Scene, Star};
 use barnard::spectra::extinction::Extinction;
 use barnard::spectra::spectrum::{Line, Spectrum};
 use barnard::spectra::units::{Luminosity, Temperature};
-use barnard::{Camera, Control, Options, Plan};
+use barnard::{Camera, Control, Options};
 
 fn detail() -> Detail {
     Detail { deviation: Some(0.5), slope: Some(11.0 / 3.0), ..Detail::default() }
@@ -47,7 +47,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn on_cpu(scene: &Scene, stepping: Option<Stepping>) -> Vec<f64> {
-    let plan = Plan::new(scene, &Options::default(), &Control::default()).unwrap();
+    let plan = Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap();
     let plan = stepping.map_or_else(|| plan.clone(), |stepping| plan.clone().with_stepping(stepping));
     cpu::radiance(&plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
 }
@@ -60,8 +60,8 @@ fn detail_is_that_of_the_reference() {
     let inside = dvec3(0.2, 0.12, 0.1);
     for (depth, plain) in [(0.3, scene(0.3)), (3.0, scene(3.0)), (1.0, lit_from(1.0, inside))] {
         let detailed = plain.clone().detail(detail());
-        let truth = values(&reference::render(&detailed, 1e-4, &Control::default()).unwrap());
-        let without = values(&reference::render(&plain, 1e-4, &Control::default()).unwrap());
+        let truth = values(&barnard::render_reference(&detailed, 1e-4, &Control::default()).unwrap());
+        let without = values(&barnard::render_reference(&plain, 1e-4, &Control::default()).unwrap());
         let changed = difference(&truth, &without);
         let own = difference(&on_cpu(&detailed, None), &truth);
         let fine = difference(&on_cpu(&detailed, Some(Stepping::PerVoxel(24.0))), &truth);
@@ -79,14 +79,15 @@ fn detail_is_that_of_the_reference() {
 fn detail_is_that_of_paths() {
     let mut scene = scene(1.5).detail(detail());
     scene.camera = scene.camera.size(6, 4);
-    let truth = values(&reference::render(&scene, 1e-4, &Control::default()).unwrap());
+    let truth = values(&barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap());
     let options = path::Options::default().with_samples(16_000);
     let job_options = Options::default();
-    let (image, _) = path::PathTracer::new(options).render(&Job::new(&scene, &job_options).unwrap(), &Control::default()).unwrap();
+    let (image, _) =
+        Renderer::new(&mut path::PathTracer::new(options)).render(Job::new(&scene, &job_options).unwrap(), &Control::default()).unwrap();
     let found = difference(&values(&image), &truth);
     let mut plain = scene.clone();
     plain.detail = None;
-    let without = difference(&values(&reference::render(&plain, 1e-4, &Control::default()).unwrap()), &truth);
+    let without = difference(&values(&barnard::render_reference(&plain, 1e-4, &Control::default()).unwrap()), &truth);
     println!("paths {found:.2e} off, without detail {without:.2e}");
     assert!(found < 0.02 && without > 4.0 * found, "{found} {without}");
 }
@@ -130,10 +131,10 @@ fn detail_keeps_the_mean() {
 #[test]
 fn pictures_tell_of_detail() {
     let told = |scene: &Scene| {
-        let (image, _) = Cpu.render(&Job::new(scene, &Options::default()).unwrap(), &Control::default()).unwrap();
+        let (image, _) = Renderer::new(&mut Cpu).render(Job::new(scene, &Options::default()).unwrap(), &Control::default()).unwrap();
         (
-            image.notes.iter().any(|(about, words)| about == "detail" && words.contains("0.50 (k^-3.7)")),
-            image.keywords.iter().any(|k| k.name == "DETAIL"),
+            image.statements().iter().any(|(about, words)| about == "detail" && words.contains("0.50 (k^-3.7)")),
+            image.cards().iter().any(|k| k.name == "DETAIL"),
         )
     };
     assert_eq!(told(&scene(1.0).detail(detail())), (true, true));

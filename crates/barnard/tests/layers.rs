@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use barnard::backend::{Backend, Job, cpu::Cpu, path::PathTracer, reference::Reference};
+use barnard::backend::{Backend, Job, Renderer, cpu::Cpu, path::PathTracer, reference::Reference};
 use barnard::camera::{Arrangement, Stereo};
 use barnard::composite::{mean, parted};
 use barnard::field::{Plummer, Shell, Slab};
@@ -48,7 +48,7 @@ fn asked(mut scene: Scene, layers: LayerChoice) -> Scene {
 }
 
 fn render(backend: &mut dyn Backend, scene: &Scene) -> Image {
-    backend.render(&Job::new(scene, &Options::default()).unwrap(), &Control::default()).unwrap().0
+    Renderer::new(backend).render(Job::new(scene, &Options::default()).unwrap(), &Control::default()).unwrap().0
 }
 
 fn layer<'a>(image: &'a Image, name: &str) -> &'a Layer {
@@ -168,6 +168,8 @@ fn layers_go_where_pictures_go() {
     let moments = mean([Ok::<_, barnard::Error>(left.clone()), Ok(right.clone())]).unwrap().unwrap();
     let between = layer(&moments, "depth").samples.at(5);
     assert!((between / (0.5 * (layer(&left, "depth").samples.at(5) + layer(&right, "depth").samples.at(5))) - 1.0).abs() < 1e-6);
-    let refused = PathTracer::default().render(&Job::new(&scene(), &Options::default()).unwrap(), &Control::default()).unwrap_err();
+    let options = Options::default();
+    let job = Job::new(scene(), &options).unwrap();
+    let refused = Renderer::new(&mut PathTracer::default()).render(job, &Control::default()).unwrap_err();
     assert!(refused.to_string().contains("cpu, gpu or reference"), "{refused}");
 }

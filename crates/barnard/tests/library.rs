@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use barnard::backend::{Backend, Job, Registry, cpu};
+use barnard::backend::{Backend, Job, Registry, Renderer, cpu};
 use barnard::field::{Fbm, Field, Grid, Plummer, Shell, Slab};
 use barnard::geometry::Bounds;
 use barnard::glam::{DVec3, dvec3};
 use barnard::image::Level;
 use barnard::phase::HenyeyGreenstein;
-use barnard::plan::Plan;
+use barnard::plan::{Planner, Quality};
 use barnard::properties::{Property, Table, Value};
 use barnard::scene::{Albedo, Background, Dust, Loader, Method, Scale, Scene, Star, StarField};
 use barnard::spectra::extinction::{Extinction, ExtinctionLaw};
@@ -36,13 +36,13 @@ fn parts_of_an_image_make_the_whole() {
     let mut scene = made().background(Background { star_field: Some(field), ..Background::default() });
     scene.camera = scene.camera.size(50, 37);
     let control = Control::default();
-    let mut plan = Plan::new(&scene, &Options::default(), &control).unwrap();
-    let whole = cpu::render(&scene, &plan, &control).unwrap().0;
+    let mut plan = Planner::new(&Options::default()).plan(&scene, None, &control).unwrap();
+    let whole = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap().0;
     let brightest = (0..3 * 50 * 37).map(|i| whole.samples.at(i)).fold(0.0, f64::max);
     for (column, row, width, height) in [(0, 0, 20, 20), (20, 0, 30, 20), (0, 20, 20, 17), (20, 20, 30, 17), (49, 36, 1, 1)] {
         let camera = scene.camera.clone().crop(column, row, width, height).unwrap();
         plan.look_from(camera.clone(), &control).unwrap();
-        let part = cpu::render(&Scene { camera, ..scene.clone() }, &plan, &control).unwrap().0;
+        let part = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap().0;
         for band in 0..3 {
             for (i, j) in (0..height).flat_map(|i| (0..width).map(move |j| (i, j))) {
                 let (ours, theirs) = (part.at(band, i, j), whole.at(band, row + i, column + j));
@@ -87,7 +87,7 @@ fn objects_make_the_scene_that_a_file_makes() {
     let options = Options::default();
     let (ours, theirs) = (barnard::render(&made(), &options).unwrap(), barnard::render(&read, &options).unwrap());
     assert_eq!(ours.samples, theirs.samples);
-    assert_eq!(ours.display, theirs.display);
+    assert_eq!(made().save_options(), read.save_options());
     let mut other = made();
     other.stars[0].position.x += 0.01;
     assert!(barnard::render(&other, &options).unwrap().samples != theirs.samples);
@@ -143,26 +143,24 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
         (|s| s.background = Background::stars(StarField { magnitudes: (9.0, 8.0), ..StarField::default() }), &["background", "9 to 8"]),
     ];
     assert!(made().check().is_ok());
-    let plan = Plan::new(&made(), &Options::default(), &Control::default()).unwrap();
+    let plan = Planner::new(&Options::default()).plan(made(), None, &Control::default()).unwrap();
     for (spoil, words) in faults {
         let mut scene = made();
         spoil(&mut scene);
         let error = barnard::render(&scene, &Options::default()).unwrap_err().to_string();
         assert!(words.iter().all(|word| error.contains(word)), "{words:?}: {error}");
-        // There is no job of it, and who reads the scene itself asks again.
         let (options, control) = (Options::default(), Control::default());
-        assert!(Job::new(&scene, &options).is_err() && Plan::preview(None, &scene, &options, &control).is_err());
-        if let Ok(job) = Job::planned(&scene, &options, &plan) {
-            for entry in Registry::default().entries().iter().filter(|entry| !entry.planned) {
-                assert!((entry.open)(&scene).unwrap().radiance(&job, &control).is_err(), "{}: {words:?}", entry.name);
-            }
-        }
+        let preview = Planner::new(&options).with_quality(Quality::Preview).plan(&scene, None, &control);
+        assert!(Job::new(&scene, &options).is_err() && preview.is_err() && plan.for_scene(&scene, &control).is_err(), "{words:?}");
     }
-    let mut fewer = made();
-    fewer.bands.truncate(1);
-    assert!(
-        Job::planned(&fewer, &Options::default(), &plan).err().unwrap().to_string().contains("differs from that of its plan (spectra)")
-    );
+    let fewer = made().bands(made().bands[..1].to_vec());
+    let refused = plan.for_scene(&fewer, &Control::default()).unwrap_err().to_string();
+    assert!(refused.contains("differs from that of its plan (spectra)"), "{refused}");
+    let mut brighter = made();
+    brighter.display.white = Level::Radiance(1.0);
+    brighter.camera = brighter.camera.size(5, 4);
+    let planned = plan.for_scene(&brighter, &Control::default()).unwrap();
+    assert_eq!((planned.camera().width, planned.scene().display.white), (5, Level::Radiance(1.0)));
 }
 
 /// A back end that has rendered one scene renders the next as a new one does.
@@ -223,7 +221,7 @@ fn objects_of_ones_own_are_rendered() {
     let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(30.0).size(8, 8);
     let scene = Scene::new(camera).bands(vec![band]).dust(dust).star(star);
     let image = barnard::render(&scene, &Options::default()).unwrap();
-    let truth = barnard::backend::reference::render(&scene, 1e-4, &Control::default()).unwrap();
+    let truth = barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap();
     let wrong = image.relative_rmse(0, &truth, 0);
     assert!(wrong < 3e-3 && truth.band(0).any(|v| v > 0.0), "{wrong:e}");
 }
@@ -276,13 +274,13 @@ fn every_back_end_serves_a_job() {
     for entry in Registry::default().entries() {
         let mut backend = (entry.open)(&scene).unwrap();
         let job = Job::new(&scene, &options).unwrap();
-        assert_eq!(backend.unable(&job, &control).unwrap(), None, "{}", entry.name);
-        let (image, stats) = backend.render(&job, &control).unwrap();
+        assert_eq!(backend.unsupported(&job, &control).unwrap(), None, "{}", entry.name);
+        let (image, stats) = Renderer::new(&mut *backend).render(job, &control).unwrap();
         assert!((image.width, image.height) == (4, 3) && image.band(1).any(|v| v > 0.0) && stats.rays > 0, "{}", entry.name);
-        assert!(image.notes.iter().any(|(key, words)| key == "backend" && words.starts_with(entry.name)), "{}", entry.name);
+        assert!(image.report.backend.as_deref() == Some(entry.name), "{}", entry.name);
     }
     let many = Scene { method: Method { bounces: 5, ..Default::default() }, ..scene.clone() };
     let reference = (Registry::default().by_name("reference").unwrap().open)(&many).unwrap();
-    assert!(reference.unable(&Job::new(&many, &options).unwrap(), &control).unwrap().unwrap().contains("bounces = 1"));
+    assert!(reference.unsupported(&Job::new(&many, &options).unwrap(), &control).unwrap().unwrap().contains("bounces = 1"));
     assert!(Registry::default().by_name("gpux").unwrap_err().to_string().contains("reference"));
 }

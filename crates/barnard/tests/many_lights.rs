@@ -1,11 +1,11 @@
 //! Stars without number: light that is gathered against that of stars one by one, by integrators that know of no such
 //! field.
 
-use barnard::backend::{cpu, path, reference};
+use barnard::backend::{cpu, path};
 use barnard::control::Control;
 use barnard::image::relative_rms;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::scene::Scene;
 
 /// A cloud with so many stars of different spectra, at places that look like chance, seen by 14 x 14 pixels.
@@ -62,12 +62,12 @@ fn scene(text: String) -> Scene {
     scene
 }
 
-fn plan(scene: &Scene) -> Plan {
+fn plan(scene: &Scene) -> Planned {
     let options = Options::within(DEFAULT_LIMIT);
-    Plan::new(scene, &options, &Control::default()).unwrap()
+    Planner::new(&options).plan(scene, None, &Control::default()).unwrap()
 }
 
-fn light(plan: &Plan) -> Vec<f64> {
+fn light(plan: &Planned) -> Vec<f64> {
     cpu::radiance(plan, &Control::default()).unwrap().0.into_iter().map(f64::from).collect()
 }
 
@@ -87,7 +87,7 @@ fn a_field_of_many_lights_is_the_sum_of_its_stars() {
         let plan = plan(&scene);
         let gathered = plan.scattered_field().as_ref().unwrap().report.far_field.unwrap();
         assert_eq!(gathered.stars, 12);
-        let truth = reference::render(&scene, 3e-3, &Control::default()).unwrap();
+        let truth = barnard::render_reference(&scene, 3e-3, &Control::default()).unwrap();
         let truth: Vec<f64> = (0..196).map(|i| truth.at(0, i / 14, i % 14)).collect();
         let error = difference(&light(&plan), &truth);
         println!("{phase}: {error:.1e}, at places {:?}", gathered.error);
@@ -142,8 +142,9 @@ fn bright_stars_stay_exact() {
 #[test]
 fn a_field_of_many_lights_is_seen_from_elsewhere() {
     let there = text(20, FORWARD, "").replace("0.3 0.2 5", "2 -1 4").replace("26 deg", "30 deg");
-    let mut moved = Plan::sampled(&scene(text(20, FORWARD, "")), &options(), 60, &Control::default()).unwrap();
-    let there = Plan::sampled(&scene(there), &options(), 60, &Control::default()).unwrap();
+    let mut moved =
+        Planner::new(&options()).with_quality(Quality::Fixed(60)).plan(scene(text(20, FORWARD, "")), None, &Control::default()).unwrap();
+    let there = Planner::new(&options()).with_quality(Quality::Fixed(60)).plan(scene(there), None, &Control::default()).unwrap();
     let before = light(&moved);
     moved.look_from(there.camera().clone(), &Control::default()).unwrap();
     assert!(light(&moved) == light(&there) && light(&moved) != before);
@@ -157,9 +158,9 @@ fn options() -> Options {
 #[test]
 fn a_field_of_many_lights_keeps_to_its_memory() {
     let scene = scene(text(40, FORWARD, ""));
-    let by = |memory_limit: u64| Plan::new(&scene, &Options::within(memory_limit), &Control::default());
+    let by = |memory_limit: u64| Planner::new(&Options::within(memory_limit)).plan(&scene, None, &Control::default());
     let (large, small) = (by(DEFAULT_LIMIT).unwrap(), by(3 << 20).unwrap());
-    let bytes = |plan: &Plan| plan.space().many_lights.as_ref().unwrap().bytes();
+    let bytes = |plan: &Planned| plan.space().many_lights.as_ref().unwrap().bytes();
     assert!(bytes(&small) < bytes(&large) / 4 && bytes(&small) < 1 << 20);
     let error = by(1 << 19).err().unwrap().to_string();
     assert!(error.contains("memory"), "{error}");
@@ -187,9 +188,9 @@ fn what_did_not_change_is_not_baked_again() {
         assert!(before.contains(from), "{from}");
         let scene = parsed(before.replace(from, to));
         let options = Options::within(DEFAULT_LIMIT);
-        let renewed = Plan::updated(Some(&first), &scene, &options, &Control::default()).unwrap();
+        let renewed = Planner::new(&options).plan(&scene, Some(&first), &Control::default()).unwrap();
         let new = plan(&scene);
-        assert_eq!(renewed.notes(), new.notes(), "{from}");
+        assert_eq!(renewed.expected_report().words(), new.expected_report().words(), "{from}");
         assert!(light(&renewed) == light(&new), "{from}");
         assert!(light(&renewed) != light(&first), "{from}");
         let shares = renewed.scattered_field().as_ref().unwrap().shares(first.scattered_field().as_ref().unwrap());

@@ -1,9 +1,9 @@
 //! Every method beside the reference: it keeps to what it states of itself.
 
 use crate::common::rendered::{on_reference, parse};
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Plan, Planner, Quality};
 use barnard::scene::Scene;
 use spectra::passband::{Counting, Passband, Window, window};
 use spectra::units::Wavelength;
@@ -61,8 +61,8 @@ fn gathered_light_is_that_of_all_stars() {
         let mut scene = cloud_with_stars(stars, "");
         let options = Options::default();
         barnard::plan::sample_functions(&mut scene, &options).unwrap();
-        let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
-        let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+        let plan = Planner::new(&options).plan(&scene, None, &Control::default()).unwrap();
+        let image = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
         let error = image.relative_rmse(0, &on_reference(&scene), 0);
         let stated = plan.space().spatial.unwrap().error;
         assert!(error < 1.1 * stated + 1e-5 && stated < 1e-2, "{stars} stars: {error:e}, stated {stated:e}");
@@ -78,9 +78,9 @@ fn gathered_light_is_that_of_all_stars() {
 #[test]
 fn forward_scattering_misses_the_accuracy_of_propagation() {
     let forward = cloud_with_stars(2, "phase = { kind = \"henyey_greenstein\", g = 0.6 }");
-    let plan = Plan::new(&forward, &Options::default(), &Control::default()).unwrap();
-    assert!(plan.notes().iter().any(|(_, words)| words.contains("isotropic")));
-    assert!(plan.misses_accuracy(), "the phase function is a part of the error");
+    let plan = Planner::new(&Options::default()).plan(&forward, None, &Control::default()).unwrap();
+    assert!(plan.expected_report().words().iter().any(|(_, words)| words.contains("isotropic")));
+    assert!(plan.expected_report().misses_accuracy(), "the phase function is a part of the error");
 }
 
 /// One basis cannot be made for each of two passbands.
@@ -88,9 +88,13 @@ fn forward_scattering_misses_the_accuracy_of_propagation() {
 fn a_basis_per_filter_is_refused_for_two_passbands() {
     let mut two = cloud_with_stars(2, "");
     two.method.settings.criterion = spectra::basis::Criterion::Filter;
-    assert!(Plan::sampled(&two, &Options::default(), 20, &Control::default()).is_ok());
+    assert!(Planner::new(&Options::default()).with_quality(Quality::Fixed(20)).plan(&two, None, &Control::default()).is_ok());
     let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::by_name("johnson-B")).collect();
-    let refused = Plan::sampled(&two.bands(bands), &Options::default(), 20, &Control::default()).unwrap_err().to_string();
+    let refused = Planner::new(&Options::default())
+        .with_quality(Quality::Fixed(20))
+        .plan(two.bands(bands), None, &Control::default())
+        .unwrap_err()
+        .to_string();
     assert!(refused.contains("one basis") && refused.contains("largest"), "{refused}");
 }
 
@@ -100,7 +104,11 @@ fn bands_without_colours_are_refused() {
     let two = cloud_with_stars(2, "");
     let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::by_name("johnson-B")).collect();
     let colourless = Scene { bands, ..two };
-    let refused = Plan::sampled(&colourless, &Options::default(), 20, &Control::default()).unwrap_err().to_string();
+    let refused = Planner::new(&Options::default())
+        .with_quality(Quality::Fixed(20))
+        .plan(&colourless, None, &Control::default())
+        .unwrap_err()
+        .to_string();
     assert!(refused.contains("palette has colours for 1 bands, the scene has 2"), "{refused}");
 }
 
@@ -109,7 +117,7 @@ fn bands_without_colours_are_refused() {
 fn spectra_are_fitted_beyond_a_narrow_basis() {
     let mut narrow = cloud_with_stars(2, "");
     (narrow.method.settings.domain_um, narrow.method.settings.degree) = (Some((0.54, 0.56)), 12);
-    let plan = Plan::sampled(&narrow, &Options::default(), 20, &Control::default()).unwrap();
+    let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(20)).plan(&narrow, None, &Control::default()).unwrap();
     let field = plan.light_field().unwrap();
     let worst = field.certify(0, &plan.spectral().bands[0].sources, 1.0).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
     assert!(worst < 0.02, "{worst:e}");
@@ -158,8 +166,8 @@ bake = 24
         for entry in barnard::scene::methods() {
             scene.method = scene.method.with_name(entry.name).unwrap();
             let options = Options::default();
-            let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
-            let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+            let plan = Planner::new(&options).plan(&scene, None, &Control::default()).unwrap();
+            let image = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
             assert!(plan.spectral().depth < 3.0, "a thin cloud: {}", plan.spectral().depth);
             let certificates = plan.spectral().certify(0, plan.spectral().depth);
             let spectral = certificates.iter().map(|c| c.absolute).fold(0.0, f64::max);
@@ -212,8 +220,8 @@ steps = 60
             9.0 / scale,
             1e-6 / scale
         ));
-        let plan = Plan::new(&scene, &Options::default(), &Control::default()).unwrap();
-        (cpu::render(&scene, &plan, &Control::default()).unwrap().0, plan)
+        let plan = Planner::new(&Options::default()).plan(&scene, None, &Control::default()).unwrap();
+        (Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0, plan)
     };
     let (single, whole) = plan(1.0, "");
     let bytes = |plan: &Plan| plan.volumes().map(|volume| volume.bytes()).sum::<u64>();
@@ -227,7 +235,7 @@ steps = 60
             let absolute = |plan: &Plan| plan.certificates(band, &plan.expected()).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
             assert!(absolute(&plan) > absolute(&whole) + moved, "{} {}", absolute(&plan), absolute(&whole));
         }
-        assert!(plan.notes().iter().any(|(_, words)| words.contains("half precision")));
+        assert!(plan.expected_report().words().iter().any(|(_, words)| words.contains("half precision")));
     }
 }
 
@@ -282,8 +290,8 @@ bake = 32
         ));
         let rendered = |bands: Vec<Passband>| {
             let scene = scene.clone().bands(bands);
-            let plan = Plan::sampled(&scene, &options, 60, &Control::default()).unwrap();
-            (cpu::render(&scene, &plan, &Control::default()).unwrap(), plan)
+            let plan = Planner::new(&options).with_quality(Quality::Fixed(60)).plan(&scene, None, &Control::default()).unwrap();
+            (Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap(), plan)
         };
         let ((many, stats), plan) = rendered((0..96).map(narrow).collect());
         assert_eq!(plan.spectral().method, "common_nodes");

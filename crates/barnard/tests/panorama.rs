@@ -1,11 +1,11 @@
 //! Domes, spheres and cubes beside pictures of one direction, back end by back end.
 
-use barnard::backend::{Backend, Job, cpu, path, reference};
+use barnard::backend::{Renderer, cpu, path};
 use barnard::camera::{Arrangement, Camera, Stereo};
 use barnard::control::Control;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planner};
 use barnard::scene::Scene;
 
 /// An eye in a cloud, with a lit ball ahead, one above and one behind.
@@ -72,9 +72,9 @@ fn pixels_are_what_is_seen_their_way() {
     let control = Control::default();
     for (name, camera) in cameras(&scene.camera) {
         let whole = Scene { camera: camera.clone(), ..scene.clone() };
-        let plan = Plan::new(&whole, &Options::within(DEFAULT_LIMIT), &control).unwrap();
-        let (fast, _) = cpu::render(&whole, &plan, &control).unwrap();
-        let exact = reference::render(&whole, 1e-4, &control).unwrap();
+        let plan = Planner::new(&Options::within(DEFAULT_LIMIT)).plan(&whole, None, &control).unwrap();
+        let (fast, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
+        let exact = barnard::render_reference(&whole, 1e-4, &control).unwrap();
         let samples = |image: &barnard::Image| image.band(0).collect::<Vec<f64>>();
         let (fast, exact) = (samples(&fast), samples(&exact));
         let brightest = exact.iter().copied().fold(0.0, f64::max);
@@ -88,7 +88,8 @@ fn pixels_are_what_is_seen_their_way() {
             }
             assert!((fast - exact).abs() < 0.01 * brightest, "{name} {column} {row}: {fast:e} {exact:e}");
             if i % 7 == 0 {
-                let one = reference::render(&Scene { camera: along(&camera, column, row), ..scene.clone() }, 1e-4, &control).unwrap();
+                let one =
+                    barnard::render_reference(&Scene { camera: along(&camera, column, row), ..scene.clone() }, 1e-4, &control).unwrap();
                 let truth = one.band(0).next().unwrap();
                 assert!((exact - truth).abs() < 1e-3 * brightest, "{name} {column} {row}: {exact:e} {truth:e}");
                 seen += 1;
@@ -103,7 +104,7 @@ fn pixels_are_what_is_seen_their_way() {
 fn paths_see_a_dome() {
     let scene = scene();
     let control = Control::default();
-    let exact: Vec<f64> = reference::render(&scene, 1e-4, &control).unwrap().band(0).collect();
+    let exact: Vec<f64> = barnard::render_reference(&scene, 1e-4, &control).unwrap().band(0).collect();
     let mut film = path::Film::default();
     path::trace(&scene, &path::Options::default().with_samples(600), &mut film, &control, &mut |_| ()).unwrap();
     let found: Vec<f64> = film.estimates.iter().map(|estimate| estimate.mean).collect();
@@ -266,12 +267,12 @@ fn both_eyes_are_one_image() {
         let stereo = Stereo { arrangement, ..Stereo::new(0.5, 3.0) };
         let both = Scene { camera: own.camera.clone().stereo(stereo), ..own.clone() };
         let options = Options::within(DEFAULT_LIMIT);
-        let plan = Plan::new(&both, &options, &control).unwrap();
-        let (image, _) = cpu::Cpu.render(&Job::planned(&both, &options, &plan).unwrap(), &control).unwrap();
+        let plan = Planner::new(&options).plan(&both, None, &control).unwrap();
+        let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
         let eyes = both.camera.eyes().unwrap().map(|camera| {
             let mut plan = plan.clone();
             plan.look_from(camera.clone(), &control).unwrap();
-            cpu::render(&Scene { camera, ..own.clone() }, &plan, &control).unwrap().0
+            Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap().0
         });
         let (w, h) = (24, 12);
         let (wide, high) = if arrangement == Arrangement::OverUnder { (w, 2 * h) } else { (2 * w, h) };
@@ -329,7 +330,7 @@ fn star_light(camera: &Camera, towards: DVec3) -> (f64, Vec<(DVec3, f64)>) {
     let star = star.at(camera.position + 5.0 * towards.normalize());
     let band = spectra::passband::Passband::by_name("bessell-V").unwrap();
     let scene = Scene::new(camera.clone()).bands(vec![band]).star(star);
-    let image = reference::render(&scene, 1e-4, &Control::default()).unwrap();
+    let image = barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap();
     let mut light = Vec::new();
     for (i, value) in image.band(0).enumerate().filter(|(_, value)| *value != 0.0) {
         let (x, y) = ((i % camera.width) as f64 + 0.5, (i / camera.width) as f64 + 0.5);

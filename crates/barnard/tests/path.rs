@@ -1,6 +1,6 @@
 //! The referee against what is known: `reference` for one bounce, energy, Chandrasekhar's half space.
 
-use barnard::backend::{path, reference};
+use barnard::backend::path;
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::memory::DEFAULT_LIMIT;
@@ -98,8 +98,8 @@ bake = 32
 #[test]
 fn one_bounce_is_the_reference() {
     let scene = parse(&everything(0.5));
-    let truth = reference::render(&scene, 1e-3, &Control::default()).unwrap();
-    let wrong = reference::render(&parse(&everything(-0.5)), 1e-3, &Control::default()).unwrap();
+    let truth = barnard::render_reference(&scene, 1e-3, &Control::default()).unwrap();
+    let wrong = barnard::render_reference(&parse(&everything(-0.5)), 1e-3, &Control::default()).unwrap();
     let film = film(&scene, 1, 1500);
     let pixels = (truth.width * truth.height) as f64;
     for band in 0..3 {

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::field::{Fbm, Field, Sphere};
 use barnard::glam::{DVec3, dvec3};
 use barnard::light::Route;
 use barnard::phase::{Draine, HenyeyGreenstein, IntoPhase};
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner};
 use barnard::plates::Reach;
 use barnard::random::Counter;
 use barnard::scene::{Background, Dust, Emission, Method, Scale, Scene, Star, StarField};
@@ -133,10 +133,10 @@ impl Cloud {
 }
 
 /// The largest error of any pixel in parts of what both state, of the band and of the pixel itself, and the largest error in parts of the pixel.
-fn compare(plates: &Plates, scene: &Scene, before: &mut Option<Plan>) -> (f64, f64) {
+fn compare(plates: &Plates, scene: &Scene, before: &mut Option<Planned>) -> (f64, f64) {
     let control = Control::default();
-    let plan = Plan::updated(before.as_ref(), scene, &Options::default(), &control).unwrap();
-    let (fresh, stats) = cpu::render(scene, &plan, &control).unwrap();
+    let plan = Planner::new(&Options::default()).plan(scene, before.as_ref(), &control).unwrap();
+    let (fresh, stats) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
     let exposed = plates.expose(scene, &control).unwrap();
     let mixture = plates.mixture(scene).unwrap();
     let worst = |certificates: &[(usize, Certificate)]| certificates.iter().map(|(_, c)| c.relative).fold(0.0, f64::max);

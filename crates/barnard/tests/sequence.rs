@@ -1,13 +1,13 @@
 //! Sequences: frames are what stills are, whatever was rendered before them, and do not flicker.
 
+use barnard::backend::Renderer;
 use barnard::backend::cpu::Cpu;
-use barnard::backend::{Backend, Job};
 use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, Level, relative_rms};
-use barnard::plan::{Choices, Options, Plan};
+use barnard::plan::{Choices, Options, Planned, Planner};
 use barnard::scene::Scene;
-use barnard::sequence::{Follower, Held, Sequence};
+use barnard::sequence::{Follower, FrameSettings, Sequence};
 use barnard_files::{SceneFile, builtin};
 
 /// A flight around a ragged cloud, past one of two stars; `rest` is said besides.
@@ -57,15 +57,14 @@ fn flight(rest: &str) -> SceneFile {
 
 const SAMPLED: &str = "[method]\naccuracy = 0.01\nbake = 48\n";
 
-fn pictured(scene: &Scene, plan: &Plan) -> Image {
-    let options = Options::default();
-    Cpu.render(&Job::planned(scene, &options, plan).unwrap(), &Control::default()).unwrap().0
+fn pictured(plan: &Planned) -> Image {
+    Renderer::new(&mut Cpu).render(plan, &Control::default()).unwrap().0
 }
 
-fn held(sequence: &Sequence) -> Held {
+fn shared(sequence: &Sequence) -> FrameSettings {
     let pilots = sequence.pilots();
     assert!(pilots.len() >= 3);
-    Held::by(&pilots, |time| sequence.scene(time), &Options::default(), &Control::default()).unwrap()
+    FrameSettings::measured(&pilots, |time| sequence.scene(time), &Options::default(), &Control::default()).unwrap()
 }
 
 /// The frame at a moment by one who has followed the sequence from its beginning.
@@ -75,7 +74,7 @@ fn followed(sequence: &Sequence, choices: &Choices, times: &[f64]) -> Image {
     let mut image = None;
     for time in times {
         let scene = follower.scene(*time, &control).unwrap();
-        image = Some(pictured(&scene, follower.plan(&scene, &options, choices, &control).unwrap()));
+        image = Some(pictured(follower.plan(&scene, &options, choices, &control).unwrap()));
     }
     image.unwrap()
 }
@@ -112,13 +111,11 @@ values = {values}
     for rest in all {
         let file = flight(&rest);
         let sequence = file.sequence().unwrap();
-        let choices = held(&sequence).choices;
+        let choices = shared(&sequence).choices;
         let (alone, last) = (followed(&sequence, &choices, &[1.5]), followed(&sequence, &choices, &[0.0, 0.7, 1.5]));
         assert!(alone.samples == last.samples, "{rest}");
         // What is said of them is the same as well.
-        assert_eq!((&alone.notes, &alone.keywords), (&last.notes, &last.keywords), "{rest}");
-        let certificates = |image: &Image| image.bands.iter().map(|band| band.certificate.clone()).collect::<Vec<_>>();
-        assert_eq!(certificates(&alone), certificates(&last), "{rest}");
+        assert_eq!((&alone.notes, &alone.keywords, &alone.report), (&last.notes, &last.keywords, &last.report), "{rest}");
         assert!(alone.samples != followed(&sequence, &choices, &[0.7]).samples, "{rest}");
     }
 }
@@ -131,15 +128,15 @@ fn frames_are_stills() {
     for (rest, equal) in [(fixed, true), (SAMPLED, false)] {
         let file = flight(rest);
         let sequence = file.sequence().unwrap();
-        let held = held(&sequence);
+        let shared = shared(&sequence);
         for time in [0.0, 1.25] {
-            let frame = followed(&sequence, &held.choices, &[time]);
+            let frame = followed(&sequence, &shared.choices, &[time]);
             let scene = sequence.scene(time).unwrap();
-            let plan = Plan::new(&scene, &Options::default(), &Control::default()).unwrap();
-            let still = pictured(&scene, &plan);
+            let plan = Planner::new(&Options::default()).plan(&scene, None, &Control::default()).unwrap();
+            let still = pictured(&plan);
             let off = (0..3).map(|band| relative_rms(frame.band(band).zip(still.band(band)))).fold(0.0, f64::max);
             assert!(if equal { frame.samples == still.samples } else { off < 0.01 }, "{rest} {time} {off:e}");
-            assert_eq!(held.display(&scene.display).white == scene.display.white, equal);
+            assert_eq!(shared.display(&scene.display).white == scene.display.white, equal);
         }
     }
 }
@@ -152,19 +149,19 @@ fn flicker(pictures: &[Vec<[f64; 3]>]) -> f64 {
     means.windows(3).map(|m| ((m[0] + m[2]) / 2.0 - m[1]).abs() / m[1]).fold(0.0, f64::max)
 }
 
-/// Nothing flickers in a sequence that is held; each frame for itself, with bands in balance, does.
+/// Nothing flickers in a sequence that is shared; each frame for itself, with bands in balance, does.
 #[test]
 fn held_frames_do_not_flicker() {
     let file = flight("[display]\nbalance = true\n[method]\naccuracy = 0.01\nbake = 48\n");
     let sequence = file.sequence().unwrap();
-    let held = held(&sequence);
+    let shared = shared(&sequence);
     let mut follower = Follower::new(&sequence);
     let (options, control) = (Options::default(), Control::default());
     let (mut fixed, mut free) = (Vec::new(), Vec::new());
     for i in 0..12 {
         let scene = follower.scene(0.8 + f64::from(i) / 60.0, &control).unwrap();
-        let image = pictured(&scene, follower.plan(&scene, &options, &held.choices, &control).unwrap());
-        fixed.push(held.display(&scene.display).picture(&image));
+        let image = pictured(follower.plan(&scene, &options, &shared.choices, &control).unwrap());
+        fixed.push(shared.display(&scene.display).picture(&image));
         free.push(scene.display.picture(&image));
     }
     let (fixed, free) = (flicker(&fixed), flicker(&free));
@@ -176,13 +173,13 @@ fn held_frames_do_not_flicker() {
 fn levels_are_the_median_of_the_pilots() {
     let file = flight(SAMPLED);
     let sequence = file.sequence().unwrap();
-    let held = held(&sequence);
-    let Level::Radiance(white) = held.display.white else { panic!("no white") };
+    let shared = shared(&sequence);
+    let Level::Radiance(white) = shared.display.white else { panic!("no white") };
     let own = |time: f64| {
         let scene = sequence.scene(time).unwrap();
         let small = Scene { camera: scene.camera.clone().supersampling(1), ..scene };
-        let plan = Plan::new(&small, &Options::default(), &Control::default()).unwrap();
-        small.display.tone(&pictured(&small, &plan)).white
+        let plan = Planner::new(&Options::default()).plan(&small, None, &Control::default()).unwrap();
+        small.display.tone(&pictured(&plan)).white
     };
     let mut whites: Vec<f64> = sequence.pilots().into_iter().map(own).collect();
     whites.sort_by(f64::total_cmp);
@@ -195,7 +192,7 @@ times = ["0 s", "1 s", "2 s"]
 values = ["-0.4 -0.3 0.2 pc", "2.5 0.8 2.2 pc", "-0.4 -0.3 0.2 pc"]
 "#
     ));
-    let Level::Radiance(beside) = self::held(&through.sequence().unwrap()).display.white else { panic!("no white") };
+    let Level::Radiance(beside) = self::shared(&through.sequence().unwrap()).display.white else { panic!("no white") };
     assert!(beside <= whites[2] * 1.01, "{beside:e} {whites:?}");
 }
 
@@ -208,7 +205,7 @@ fn open_shutters_blur() {
     let moments = frames.moments(25);
     let middle = moments.iter().sum::<f64>() / 4.0;
     assert!((middle - 1.0).abs() < 1e-12 && (moments[3] - moments[0] - 0.375 / 24.0).abs() < 1e-12, "{moments:?}");
-    let choices = held(&sequence).choices;
+    let choices = shared(&sequence).choices;
     let images: Vec<Image> = moments.iter().map(|time| followed(&sequence, &choices, &[*time])).collect();
     let blurred = mean(images.iter().cloned().map(Ok::<_, barnard::Error>)).unwrap().unwrap();
     for i in [0, 700, 2000] {

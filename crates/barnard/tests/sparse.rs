@@ -1,11 +1,11 @@
 //! Volumes of which empty pages are left out: the pictures are those of whole ones.
 
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
 use barnard::glam::DVec3;
 use barnard::image::Image;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan, Stepping, sample_functions};
+use barnard::plan::{Options, Planned, Planner, Stepping, sample_functions};
 use barnard::scene::{Scene, Sparsity};
 
 /// A few lumps in an empty box, stars among them and outside.
@@ -72,16 +72,16 @@ bake = {voxels}
     scene
 }
 
-fn planned(scene: &Scene, sparse: Sparsity) -> Plan {
+fn planned(scene: &Scene, sparse: Sparsity) -> Planned {
     // Where less is held, star depths may become finer than a whole volume's would.
     planned_with(scene, sparse, 2)
 }
 
-fn planned_with(scene: &Scene, sparse: Sparsity, star_depth_voxels: usize) -> Plan {
+fn planned_with(scene: &Scene, sparse: Sparsity, star_depth_voxels: usize) -> Planned {
     let mut scene = scene.clone();
     scene.method.sparse = sparse;
     let options = Options::default().with_star_depth_voxels(star_depth_voxels);
-    Plan::new(&scene, &options, &Control::default()).unwrap()
+    Planner::new(&options).plan(&scene, None, &Control::default()).unwrap()
 }
 
 /// The largest difference in a band, in parts of the band's largest value.
@@ -109,7 +109,7 @@ fn sparse_volumes_make_the_same_picture() {
     ] {
         let scene = scene(scale, method);
         let [whole, sparse] = [Sparsity::Never, Sparsity::Always].map(|sparsity| planned(&scene, sparsity));
-        let [a, b] = [&whole, &sparse].map(|plan| cpu::render(&scene, plan, &Control::default()).unwrap().0);
+        let [a, b] = [&whole, &sparse].map(|plan| Renderer::new(&mut cpu::Cpu).render(plan, &Control::default()).unwrap().0);
         let worst = difference(&b, &a);
         // Single precision rounds a cell's place in memory, and no value.
         assert!(worst < 1e-8, "{scale} {method}: {worst:e}");
@@ -117,7 +117,7 @@ fn sparse_volumes_make_the_same_picture() {
         assert!(held < 0.25 && of_pages < of_whole, "{scale} {method}: {held} of the voxels, {of_pages} and {of_whole} bytes");
         // A step more would be seen.
         let other = sparse.with_stepping(Stepping::Fixed(70));
-        assert!(difference(&cpu::render(&scene, &other, &Control::default()).unwrap().0, &a) > 1e-6);
+        assert!(difference(&Renderer::new(&mut cpu::Cpu).render(&other, &Control::default()).unwrap().0, &a) > 1e-6);
     }
 }
 
@@ -126,8 +126,8 @@ fn sparse_volumes_make_the_same_picture() {
 fn stars_move_through_pages() {
     let mut scene = scene(12.0, "");
     let first = planned(&scene, Sparsity::Always);
-    let rendered = |scene: &Scene, plan: &Plan| cpu::render(scene, plan, &Control::default()).unwrap().0;
-    let before = rendered(&scene, &first);
+    let rendered = |plan: &Planned| Renderer::new(&mut cpu::Cpu).render(plan, &Control::default()).unwrap().0;
+    let before = rendered(&first);
     let place = DVec3::new(1.3, -0.2, 0.8);
     let mut moved = first.clone();
     moved.move_star(1, place, &Control::default()).unwrap();
@@ -135,7 +135,7 @@ fn stars_move_through_pages() {
     // Rules stay those of the place before.
     let there = first.clone().with_space(planned(&scene, Sparsity::Always).space().clone());
     assert!(there.space().volumes.iter().any(|volume| !volume.pages().is_whole()));
-    let [moved, there] = [&moved, &there].map(|plan| rendered(&scene, plan));
+    let [moved, there] = [&moved, &there].map(rendered);
     let (same, other) = (difference(&moved, &there), difference(&before, &there));
     assert!(same == 0.0 && other > 1e-5, "{same:e} {other:e}");
 }

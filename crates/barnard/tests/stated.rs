@@ -1,25 +1,25 @@
 //! Stated spatial errors beside true ones: a picture says of itself what it is off from the reference.
 
-use barnard::backend::{cpu, reference};
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
 use barnard::image::relative_rms;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planner};
 use barnard::scene::Scene;
 
 /// Stated and true relative rms error of the worst band.
 fn errors(text: &str) -> (f64, f64) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cases");
     let scene = barnard_files::parse("stated.toml", "stated", text.to_owned(), &barnard_files::in_folder(folder, DEFAULT_LIMIT)).unwrap();
-    let truth = reference::render(&scene, 1e-5, &Control::default()).unwrap();
+    let truth = barnard::render_reference(&scene, 1e-5, &Control::default()).unwrap();
     beside(&scene, &(0..scene.bands.len()).map(|band| truth.band(band).collect()).collect::<Vec<_>>())
 }
 
 /// Comparison with known radiances per band.
 fn beside(scene: &Scene, truth: &[Vec<f64>]) -> (f64, f64) {
     let control = Control::default();
-    let plan = Plan::new(scene, &Options::within(DEFAULT_LIMIT), &control).unwrap();
-    let (image, _) = cpu::render(scene, &plan, &control).unwrap();
+    let plan = Planner::new(&Options::within(DEFAULT_LIMIT)).plan(scene, None, &control).unwrap();
+    let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
     assert_eq!(truth.len(), scene.bands.len());
     let off = truth.iter().enumerate().map(|(b, truth)| relative_rms(image.band(b).zip(truth.iter().copied()))).fold(0.0, f64::max);
     (plan.space().spatial.unwrap().error, off)
@@ -228,8 +228,8 @@ radius = "1 pc"
     let rendered = |bake: usize| {
         let text = lit(OUTSIDE, cloud, "n", 3.8, "0.31 -0.21 0.91", 0.5) + &format!("[method]\naccuracy = 0.02\nbake = {bake}\n");
         let scene = barnard_files::parse("noise.toml", "noise", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-        let plan = Plan::new(&scene, &Options::within(DEFAULT_LIMIT), &Control::default()).unwrap();
-        let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+        let plan = Planner::new(&Options::within(DEFAULT_LIMIT)).plan(&scene, None, &Control::default()).unwrap();
+        let image = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
         (plan.space().spatial.unwrap().error, image)
     };
     let (stated, coarse) = rendered(24);

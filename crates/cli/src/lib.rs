@@ -4,8 +4,8 @@
 macro_rules! say {
     ($($part:tt)*) => {{
         use std::io::Write as _;
-        // Words stay out of a picture's way.
-        let _ = match $crate::outputs::IS_PICTURE.load(std::sync::atomic::Ordering::Relaxed) {
+        // Words stay out of the way of an image or JSON.
+        let _ = match $crate::outputs::STDOUT_IS_TAKEN.load(std::sync::atomic::Ordering::Relaxed) {
             true => writeln!(std::io::stderr(), $($part)*),
             false => writeln!(std::io::stdout(), $($part)*),
         };
@@ -30,6 +30,7 @@ macro_rules! complain {
 }
 
 pub mod backends;
+mod json;
 #[cfg(not(all(feature = "view", feature = "study")))]
 mod missing;
 mod outputs;

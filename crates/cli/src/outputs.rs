@@ -16,8 +16,8 @@ use barnard_files::formats::{Writer, check_writable, writer};
 const EYE: &str = "%V";
 const EYES: [&str; 2] = ["left", "right"];
 
-/// True if the standard output is a picture.
-pub static IS_PICTURE: AtomicBool = AtomicBool::new(false);
+/// True if standard output is taken by an image or JSON, and words go to standard error.
+pub static STDOUT_IS_TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// The name behind a format that stands for the standard output, as in `png:-`.
 const STANDARD: &str = ":-";
@@ -73,20 +73,20 @@ pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf]
     Ok(scene.for_files(have_layers, show_colours, memory_limit)?)
 }
 
-/// Writes a picture of a camera, and says which files were written.
-pub fn save(image: &Image, path: &Path, camera: &Camera) -> anyhow::Result<Vec<PathBuf>> {
+/// Writes an image of a scene, and says which files were written.
+pub fn save(image: &Image, path: &Path, scene: &Scene) -> anyhow::Result<Vec<PathBuf>> {
     if let Some(writer) = standard(path)? {
-        std::io::stdout().write_all(&(writer.encode)(image)?)?;
+        std::io::stdout().write_all(&(writer.encode)(image, &scene.save_options())?)?;
         return Ok(Vec::new());
     }
-    let files = files(path, camera)?;
+    let (files, camera, options) = (files(path, &scene.camera)?, &scene.camera, scene.save_options());
     match (&files[..], camera.stereo) {
         ([left, right], Some(stereo)) => {
             let [of_left, of_right] = parted(stereo.arrangement, image, camera);
-            of_left.save(left)?;
-            of_right.save(right)?;
+            of_left.save(left, &options)?;
+            of_right.save(right, &options)?;
         }
-        _ => image.save(path)?,
+        _ => image.save(path, &options)?,
     }
     Ok(files)
 }

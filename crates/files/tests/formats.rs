@@ -1,7 +1,7 @@
 //! Every row of the formats, written and read again.
 
 use barnard::data::Layout;
-use barnard::image::{ColourSpace, Image, Layer, LayerChannels, LayerContent, Output, PixelScale, Samples};
+use barnard::image::{ColourSpace, Image, Layer, LayerChannels, LayerContent, Output, PixelScale, Samples, SaveOptions};
 use barnard::observation::{InUnit, Observation, RadianceUnit};
 use barnard_files::SaveImage;
 use barnard_files::formats::{READERS, UNIT_NOTE, WRITERS, read_array, read_image};
@@ -17,11 +17,11 @@ fn image() -> Image {
 #[test]
 fn what_is_written_is_read_again() {
     let folder = tempfile::tempdir().unwrap();
-    let written = image();
+    let (written, options) = (image(), SaveOptions::grey(2));
     let mut read = 0;
     for writer in WRITERS {
         let path = folder.path().join("image").with_extension(writer.extension);
-        written.save(&path).unwrap();
+        written.save(&path, &options).unwrap();
         assert!(std::fs::metadata(&path).unwrap().len() > 40, ".{}", writer.extension);
         let readable = READERS.iter().any(|r| r.image.is_some() && r.extensions.contains(&writer.extension));
         match read_image(&path, 1 << 20) {
@@ -47,7 +47,7 @@ fn readers_refuse_what_is_no_file() {
             let path = folder.path().join("broken").with_extension(extension);
             let mut whole = Vec::new();
             if WRITERS.iter().any(|w| w.extension == *extension) {
-                image().save(&path).unwrap();
+                image().save(&path, &SaveOptions::grey(2)).unwrap();
                 whole = std::fs::read(&path).unwrap();
             }
             let noise: Vec<u8> = (0..4000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
@@ -68,15 +68,16 @@ fn readers_refuse_what_is_no_file() {
 fn pictures_have_the_bits_that_are_asked_for() {
     let (width, height) = (40, 30);
     let values = (0..width * height).map(|i| (i as f32 / (width * height) as f32).powi(2)).collect();
-    let mut written = Image::bare(width, height, vec!["V".into()], Samples::Single(values));
-    written.display.white = barnard::image::Level::Radiance(1.0);
-    let truth: Vec<f64> = written.display.picture(&written).into_iter().flatten().collect();
+    let written = Image::bare(width, height, vec!["V".into()], Samples::Single(values));
+    let mut options = SaveOptions::grey(1);
+    options.display.white = barnard::image::Level::Radiance(1.0);
+    let truth: Vec<f64> = options.display.picture(&written).into_iter().flatten().collect();
     let folder = tempfile::tempdir().unwrap();
     // Largest differences of a colour.
     let mut off = |name: &str, bits: u8| {
-        written.display.bits = bits;
+        options.display.bits = bits;
         let path = folder.path().join(name);
-        written.save(&path).unwrap();
+        written.save(&path, &options).unwrap();
         let (colours, levels): (Vec<f64>, usize) = if name.ends_with(".png") {
             let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
             let mut reader = decoder.read_info().unwrap();
@@ -113,17 +114,17 @@ fn pictures_have_the_bits_that_are_asked_for() {
 #[test]
 fn exr_files_have_layers() {
     use exr::prelude::*;
-    let mut written = image();
-    written.display.white = barnard::image::Level::Radiance(1.5e-6);
+    let (written, mut options) = (image(), SaveOptions::grey(2));
+    options.display.white = barnard::image::Level::Radiance(1.5e-6);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    written.save(&path).unwrap();
+    written.save(&path, &options).unwrap();
     let file = read_first_flat_layer_from_file(&path).unwrap();
     let list = &file.layer_data.channel_data.list;
     let names: Vec<String> = list.iter().map(|channel| channel.name.to_string()).collect();
     assert_eq!(names, ["B", "G", "R", "radiance.B", "radiance.V"]);
     let of = |name: &str| &list.iter().find(|channel| channel.name.to_string() == name).unwrap().sample_data;
-    let tone = written.display.tone(&written);
+    let tone = options.display.tone(&written);
     for i in 0..12 {
         let rgb = tone.palette.rgb((0..2).map(|band| written.samples.at(12 * band + i)));
         for (name, value) in ["R", "G", "B"].into_iter().zip(rgb) {
@@ -151,7 +152,7 @@ fn exr_files_say_frame_view_and_window() {
     let path = folder.path().join("a.exr");
     let bytes: Vec<Vec<u8>> = (0..4)
         .map(|_| {
-            written.save(&path).unwrap();
+            written.save(&path, &SaveOptions::grey(2)).unwrap();
             std::fs::read(&path).unwrap()
         })
         .collect();
@@ -187,13 +188,13 @@ fn layers_are_channels_of_exr_files() {
     use exr::prelude::*;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.exr");
-    let mut written = layered();
-    written.display.white = barnard::image::Level::Radiance(1.5e-6);
-    written.display.palette = Palette { columns: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
+    let (written, mut options) = (layered(), SaveOptions::grey(2));
+    options.display.white = barnard::image::Level::Radiance(1.5e-6);
+    options.display.palette = Palette { columns: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
     for (_, compression) in <barnard::image::Compression as barnard::properties::Choices>::ROWS {
         for (single, colours) in [(false, ColourSpace::Rec709), (true, ColourSpace::AcesCg)] {
-            written.output = Output { single, colours, compression: *compression, ..Output::default() };
-            written.save(&path).unwrap();
+            options.output = Output { single, colours, compression: *compression, ..Output::default() };
+            written.save(&path, &options).unwrap();
             let file = read_first_flat_layer_from_file(&path).unwrap();
             let list = &file.layer_data.channel_data.list;
             let names: Vec<String> = list.iter().map(|channel| channel.name.to_string()).collect();
@@ -226,8 +227,8 @@ fn layers_are_channels_of_exr_files() {
         }
     }
     // Bands in place of colours, and none of it is taken for a band when the file is read again.
-    written.output = Output { channels: LayerChannels::Bands, ..Output::default() };
-    written.save(&path).unwrap();
+    options.output = Output { channels: LayerChannels::Bands, ..Output::default() };
+    written.save(&path, &options).unwrap();
     let file = read_first_flat_layer_from_file(&path).unwrap();
     let channel = file.layer_data.channel_data.list.iter().find(|channel| channel.name.to_string() == "scattered.V").unwrap();
     let (value, whole) = (channel.sample_data.value_by_flat_index(7).to_f32(), written.samples.at(19) as f32);
@@ -241,7 +242,7 @@ fn layers_are_channels_of_exr_files() {
 fn layers_are_hdus_of_fits_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.fits");
-    layered().save(&path).unwrap();
+    layered().save(&path, &SaveOptions::grey(2)).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let cards: Vec<&str> = bytes.chunks(80).filter_map(|card| std::str::from_utf8(card).ok()).collect();
     let names: Vec<&str> = cards.iter().filter(|c| c.starts_with("EXTNAME")).map(|c| c.split('\'').nth(1).unwrap().trim()).collect();
@@ -265,7 +266,7 @@ fn fits_has_the_unit_of_the_observation() {
             ..bare.clone()
         };
         image.bands[0].in_unit = Some(in_unit);
-        image.save(&path).unwrap();
+        image.save(&path, &SaveOptions::grey(2)).unwrap();
         let back = read_image(&path, 1 << 20).unwrap();
         let note = back.notes.iter().find(|(key, _)| key == UNIT_NOTE).unwrap().1.clone();
         (note, [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(band, row)| back.at(band, row, 0)))

@@ -289,8 +289,8 @@ luminosity = "1e5 Lsun"
         assert!(scene.emission.iter().any(|species| species.name == line), "{band}: {names:?}");
         assert!(names.contains(&"hydrogen's continuum"), "{band}: {names:?}");
         let control = barnard::control::Control::default();
-        let plan = barnard::plan::Plan::new(&scene, &barnard::plan::Options::within(DEFAULT_LIMIT), &control).unwrap();
-        let picture = barnard::backend::cpu::render(&scene, &plan, &control).unwrap().0;
+        let plan = barnard::plan::Planner::new(&barnard::plan::Options::within(DEFAULT_LIMIT)).plan(&scene, None, &control).unwrap();
+        let picture = barnard::backend::Renderer::new(&mut barnard::backend::cpu::Cpu).render(&plan, &control).unwrap().0;
         assert!(picture.band(0).any(|value| value > 0.0), "{band}");
         assert!(barnard::backend::left_out(&scene).unwrap().contains("H2"));
     }

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planner};
 use barnard_files::{SaveImage, in_folder, parse};
 use exr::meta::MetaData;
 use exr::meta::attribute::EnvironmentMap;
@@ -34,10 +34,10 @@ luminosity = "1000 Lsun"
 "#
     );
     let scene = parse("all.toml", "all", text, &in_folder(".", DEFAULT_LIMIT)).unwrap();
-    let plan = Plan::new(&scene, &Options::within(DEFAULT_LIMIT), &Control::default()).unwrap();
-    let (image, _) = cpu::render(&scene, &plan, &Control::default()).unwrap();
+    let plan = Planner::new(&Options::within(DEFAULT_LIMIT)).plan(&scene, None, &Control::default()).unwrap();
+    let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap();
     let path = std::env::temp_dir().join(format!("barnard-{}-{name}", std::process::id()));
-    image.save(&path).unwrap();
+    image.save(&path, &scene.save_options()).unwrap();
     path
 }
 

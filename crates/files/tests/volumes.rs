@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use crate::support::density;
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
 use barnard::field::Field;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planner};
 use npyz::WriterBuilder;
 
 /// A grid of OpenVDB from its archive: voxels 2 to 31 along x, 2 to 15 along y and z.
@@ -219,8 +219,8 @@ visible = false
 "#;
     let mut scene = barnard_files::parse("c.toml", "c", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
     scene.dust.as_mut().unwrap().density = cloud.clone();
-    let plan = Plan::new(&scene, &Options::default(), &Control::default()).unwrap();
-    let image = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+    let plan = Planner::new(&Options::default()).plan(&scene, None, &Control::default()).unwrap();
+    let image = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
     (0..image.bands.len()).flat_map(|band| image.band(band).collect::<Vec<_>>()).collect()
 }
 

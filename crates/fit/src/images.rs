@@ -4,21 +4,21 @@
 //! what the scene's instrument would record in endless frames, in the unit of the scene's `[observation]`; without an instrument it is
 //! the picture. Where light scatters once, pictures are those of plates, so that spectra cost no march.
 
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
 use barnard::error::{Error, Result};
 use barnard::image::{Band, Image, LayerChoice, Samples};
 use barnard::instrument::Kernels;
-use barnard::plan::{Choices, RuleTarget};
+use barnard::plan::{Choices, Planner, Quality, RuleTarget};
 use barnard::plates::{Reach, binds_dust, dust_per_pc};
 use barnard::properties::Table;
 use barnard::scene::{Loader, Part, Scene};
-use barnard::{Options, Plan, Plates};
+use barnard::{Options, Planned, Plates};
 
 use crate::Parameter;
 use crate::marched::Marched;
 use crate::observation::Observation;
-use crate::parameter::Held;
+use crate::parameter::FreeParameter;
 use crate::recorded::{agree, counted, header, recorded};
 use crate::solve::{Measured, Model, Prediction};
 
@@ -38,7 +38,7 @@ pub struct Images {
     tree: Table,
     loader: Loader,
     options: Options,
-    held: Vec<Held>,
+    free: Vec<FreeParameter>,
     sets: Vec<Set>,
     plates: Vec<Marched>,
     start: Vec<f64>,
@@ -56,7 +56,7 @@ struct Set {
     /// Choice of the pilots for the first picture of the fit, which all hold to (derivatives would see them change), and the amount of
     /// dust there.
     choices: Option<(Choices, f64)>,
-    plan: Option<Plan>,
+    plan: Option<Planned>,
     kernels: Kernels,
     /// Range of plates: other amounts of dust where that is free.
     reach: Reach,
@@ -98,13 +98,13 @@ impl Images {
         if observations.is_empty() {
             return Err(Error::missing("an image", "fit one image or more"));
         }
-        let (mut held, mut start) = (Vec::new(), Vec::new());
+        let (mut free, mut start) = (Vec::new(), Vec::new());
         for parameter in parameters {
-            let (own, value) = Held::of(&tree, parameter)?;
-            held.push(own);
+            let (own, value) = FreeParameter::of(&tree, parameter)?;
+            free.push(own);
             start.push(value);
         }
-        let mut images = Self { tree, loader, options, held, sets: Vec::new(), plates: Vec::new(), start: start.clone() };
+        let mut images = Self { tree, loader, options, free, sets: Vec::new(), plates: Vec::new(), start: start.clone() };
         let mut data = Measured { values: Vec::new(), sigma: Vec::new() };
         for observation in observations {
             let scene = images.scene(&observation.with, &start)?;
@@ -138,7 +138,7 @@ impl Images {
 
     /// The unit of each parameter, as the scene writes it.
     pub fn units(&self) -> Vec<&str> {
-        self.held.iter().map(Held::unit).collect()
+        self.free.iter().map(FreeParameter::unit).collect()
     }
 
     /// The tree of the scene with some values of the parameters.
@@ -147,7 +147,7 @@ impl Images {
     /// If one cannot be set.
     pub fn tree(&self, values: &[f64]) -> Result<Table> {
         let mut tree = self.tree.clone();
-        self.held.iter().zip(values).try_for_each(|(held, value)| held.set(&mut tree, *value))?;
+        self.free.iter().zip(values).try_for_each(|(parameter, value)| parameter.set(&mut tree, *value))?;
         Ok(tree)
     }
 
@@ -162,7 +162,7 @@ impl Images {
 
     /// True if a free parameter changes the amount of dust of an image's scene.
     fn moves_dust(&self, with: &Table) -> bool {
-        with.get("dust").is_none() && self.held.iter().any(|held| held.parts.contains(&Part::Amount))
+        with.get("dust").is_none() && self.free.iter().any(|parameter| parameter.parts.contains(&Part::Amount))
     }
 
     /// Choice of the pilots for an image's scene with some values of the parameters, and its amount of dust. Its plates are the latest.
@@ -170,7 +170,7 @@ impl Images {
         let scene = self.scene(&self.sets[number].with, values)?;
         let set = &mut self.sets[number];
         let plan = if scene.method.bounces > 1 {
-            Plan::updated(set.plan.as_ref(), &scene, &self.options, control)?
+            Planner::new(&self.options).plan(&scene, set.plan.as_ref(), control)?
         } else {
             let made = |reach| Plates::held(&scene, reach, set.plan.as_ref(), None, &self.options, control);
             let (plates, plan) = match made(set.reach) {
@@ -219,9 +219,11 @@ impl Images {
         let choices = self.choices_for(number, dust_per_pc(scene), control)?;
         let spatial = choices.spatial.map_or(0.0, |spatial| spatial.error);
         if scene.method.bounces > 1 {
-            let plan = Plan::holding(self.sets[number].plan.as_ref(), scene, &self.options, &choices, control)?;
-            let (image, stats) = cpu::render(scene, &plan, control)?;
-            let worst = |band: usize| plan.certificates(band, &stats).into_iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
+            let planner = Planner::new(&self.options).with_quality(Quality::Chosen(choices));
+            let plan = planner.plan(scene, self.sets[number].plan.as_ref(), control)?;
+            let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, control)?;
+            let worst =
+                |band: usize| image.report.certificates_of(scene.bands[band].name()).iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
             let relative: Vec<f64> = (0..scene.bands.len()).map(|band| worst(band) + spatial).collect();
             let worse = with_floor.then(|| with_errors(&image, &relative, &[]));
             self.sets[number].plan = Some(plan);

@@ -27,12 +27,12 @@ pub enum Data {
     /// MASK where there is one. One HDU of several is chosen as in `name.fits[SCI]`, `name.fits[SCI,2]` or `name.fits[1]`.
     File(PathBuf),
     /// Pixels in memory.
-    Held(Held),
+    Pixels(PixelData),
 }
 
 /// Pixels in memory, the first row on top.
 #[derive(Debug, Clone)]
-pub struct Held {
+pub struct PixelData {
     /// Names in messages.
     pub name: String,
     /// The values.
@@ -53,7 +53,7 @@ pub enum Values {
     Array([usize; 3], Vec<f64>),
 }
 
-impl Held {
+impl PixelData {
     /// The planes that they are of a scene.
     fn planes(&self, scene: &Scene) -> Result<Observed> {
         let wrong = |found: String, expected: String| Error::mismatch("image to fit", expected, format!("{found} in {}", self.name));
@@ -114,14 +114,14 @@ impl Data {
     pub(crate) fn path(&self) -> PathBuf {
         match self {
             Self::File(path) => path.clone(),
-            Self::Held(held) => PathBuf::from(&held.name),
+            Self::Pixels(pixels) => PathBuf::from(&pixels.name),
         }
     }
 
     /// Its planes, for a scene; each array of a file may take `memory_limit` bytes.
     pub(crate) fn read(&self, scene: &Scene, memory_limit: u64) -> Result<Observed> {
         match self {
-            Self::Held(held) => held.planes(scene),
+            Self::Pixels(pixels) => pixels.planes(scene),
             Self::File(path) if path.exists() => observed(path, memory_limit),
             Self::File(path) => {
                 let text = path.to_string_lossy();

@@ -26,15 +26,32 @@ const NARROW: f64 = 100.0;
 /// # Errors
 /// If a part has another form, or a key is listed twice.
 pub fn free_parameters(text: &str, tree: &Table) -> Result<Vec<Parameter>> {
-    let parameter = |part: &str| part.trim().parse::<Parameter>().map(|parameter| parameter.narrowed(tree));
-    let parameters: Vec<Parameter> = text.split(',').map(parameter).collect::<Result<_>>()?;
+    let parameters: Vec<Parameter> = text.split(',').map(|part| part.trim().parse()).collect::<Result<_>>()?;
+    narrowed(parameters, tree)
+}
+
+/// Free parameters of a scene with bounds narrowed to the ranges of their keys.
+///
+/// # Errors
+/// If a key is listed twice, or bounds or a prior are empty.
+pub fn narrowed(parameters: Vec<Parameter>, tree: &Table) -> Result<Vec<Parameter>> {
+    if let Some(empty) = parameters.iter().find(|own| own.is_empty()) {
+        let problem = format!("free parameter {} has no value within its bounds and prior", empty.key);
+        return Err(Error::conflict(problem, "give LOW < HIGH and a positive standard deviation"));
+    }
     if let Some(twice) = parameters.iter().enumerate().find(|(i, own)| parameters[..*i].iter().any(|other| other.key == own.key)) {
         return Err(Error::conflict(format!("free parameter {} is listed twice", twice.1.key), "list each key once"));
     }
-    Ok(parameters)
+    Ok(parameters.into_iter().map(|parameter| parameter.narrowed(tree)).collect())
 }
 
 impl Parameter {
+    /// True if no value is within the bounds, or the prior has no width.
+    fn is_empty(&self) -> bool {
+        let Self { bounds: (low, high), prior, .. } = *self;
+        !(low < high && prior.is_none_or(|(mean, sigma)| mean.is_finite() && sigma.is_finite() && sigma > 0.0))
+    }
+
     /// The parameter with bounds within the range of its key.
     fn narrowed(mut self, tree: &Table) -> Self {
         let known = scene::parameter(tree, &self.key);
@@ -71,23 +88,21 @@ impl std::str::FromStr for Parameter {
                 (key, (end(low, f64::NEG_INFINITY)?, end(high, f64::INFINITY)?))
             }
         };
-        if key.trim().is_empty() || bounds.0 >= bounds.1 || prior.is_some_and(|(_, sigma)| sigma <= 0.0) {
-            return Err(wrong());
-        }
-        Ok(Self { key: key.trim().to_owned(), bounds, prior })
+        let parameter = Self { key: key.trim().to_owned(), bounds, prior };
+        if parameter.key.is_empty() || parameter.is_empty() { Err(wrong()) } else { Ok(parameter) }
     }
 }
 
 /// Position and form of a free parameter.
 #[derive(Debug, Clone)]
-pub(crate) struct Held {
+pub(crate) struct FreeParameter {
     key: String,
     form: Form,
     /// Parts of the scene that it changes.
     pub parts: &'static [Part],
 }
 
-impl Held {
+impl FreeParameter {
     /// Finds a parameter in a scene; what it says there is given too.
     pub fn of(tree: &Table, parameter: &Parameter) -> Result<(Self, f64)> {
         let wrong = |problem: String| Error::conflict(format!("free parameter {}: {problem}", parameter.key), "free keys have one number");

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use barnard::image::SaveOptions;
 use barnard::instrument::{Exposures, Instrument};
 use barnard::properties::Table;
 use barnard::scene::Scene;
@@ -120,7 +121,7 @@ fn traced(scene: &Scene, samples: u64) -> Image {
 /// Writes what the scene's instrument records of a picture, with a number of the noise.
 fn record(exposures: &Exposures, seed: u64, path: &Path) {
     let instrument = Instrument { seed, ..exposures.instrument().clone() };
-    exposures.recorded_by(Arc::new(instrument)).master(&Control::default()).unwrap().save(path).unwrap();
+    exposures.recorded_by(Arc::new(instrument)).master(&Control::default()).unwrap().save(path, &SaveOptions::grey(1)).unwrap();
 }
 
 fn fitted(file: &SceneFile, observations: &[Observation], free: &str) -> Result<(Fitted, Images)> {
@@ -164,7 +165,7 @@ fn truth_is_found() {
     let path = folder.path().join("louder.fits");
     let louder = Instrument { seed: 1, ..(**truth.instrument.as_ref().unwrap()).clone() };
     let louder = Instrument { detector: barnard::instrument::Detector { read_noise: 25.0, ..louder.detector.clone() }, ..louder };
-    exposures.recorded_by(Arc::new(louder)).master(&Control::default()).unwrap().save(&path).unwrap();
+    exposures.recorded_by(Arc::new(louder)).master(&Control::default()).unwrap().save(&path, &SaveOptions::grey(1)).unwrap();
     let (found, _) = fitted(&begin, &[Observation::from(&*path)], FREE).unwrap();
     assert!(found.chi2.0 > (found.chi2.1 as f64 - 6.0) * 1.25, "{:?}", found.chi2);
 }
@@ -270,8 +271,8 @@ fn what_cannot_be_fitted_is_refused() {
     let sky = |place: &str| format!("[observation]\ntarget = \"{place}\"\n");
     let own = open(folder.path(), &(text(TRUTH, INSTRUMENT) + &sky("83.82 -5.39")));
     let path = folder.path().join("own.fits");
-    let plan = barnard::Plan::new(&own.scene, &OPTIONS, &Control::default()).unwrap();
-    let image = barnard::backend::cpu::render(&own.scene, &plan, &Control::default()).unwrap().0;
+    let plan = barnard::Planner::new(&OPTIONS).plan(&own.scene, None, &Control::default()).unwrap();
+    let image = barnard::backend::Renderer::new(&mut barnard::backend::cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
     let exposures = Exposures::new(own.scene.instrument.clone().unwrap(), &image, &own.scene.bands, &Control::default()).unwrap();
     record(&exposures, 1, &path);
     let refused = |text: String, free: &str, words: &str| {
@@ -294,7 +295,7 @@ fn what_cannot_be_fitted_is_refused() {
     refused(scene.clone(), "star.0.luminosity=1..5", "the start value of star.0.luminosity, 1000, is outside of its bounds, 1 to 5");
     refused(scene.clone(), "display.exposure", "write the key in the scene");
     // A picture without errors needs an instrument.
-    image.save(&path).unwrap();
+    image.save(&path, &SaveOptions::grey(1)).unwrap();
     refused(text(TRUTH, "") + &sky("83.82 -5.39"), free, "no standard errors");
     std::fs::write(&path, b"SIMPLE").unwrap();
     refused(scene, free, "FITS");

@@ -6,9 +6,8 @@ use std::time::Instant;
 
 use barnard::Error;
 use barnard::backend::cpu::{self, Cpu};
-use barnard::backend::{Backend, BackendEntry, DeviceUse, Job, Radiance, finished};
+use barnard::backend::{Backend, BackendEntry, Device, DeviceUse, Job, Radiance};
 use barnard::control::Control;
-use barnard::image::Image;
 use barnard::plan::Plan;
 use barnard::plan::ordinates::Sweeper;
 use glam::DVec3;
@@ -16,7 +15,7 @@ use glam::DVec3;
 use crate::device::{Gpu, adapters};
 use crate::error::{GpuError, Result};
 use crate::layout::Layout;
-use crate::march::Renderer;
+use crate::march::DeviceMarch;
 use crate::ordinates::Ordinates;
 use crate::tuning::Tuning;
 
@@ -47,7 +46,7 @@ pub fn unable(plan: &Plan, tuning: Tuning) -> Option<GpuError> {
 pub struct OnDevice {
     gpu: Gpu,
     tuning: Tuning,
-    renderer: Option<Renderer>,
+    renderer: Option<DeviceMarch>,
     /// The plan that was taken up last.
     taken: Option<Plan>,
     /// The time that the device worked for the last picture [s].
@@ -92,7 +91,7 @@ impl OnDevice {
         self.taken = None;
         let renderer = match self.renderer.take() {
             Some(mut renderer) => renderer.update(plan).map(|()| renderer)?,
-            None => Renderer::new(&self.gpu, plan, self.tuning)?,
+            None => DeviceMarch::new(&self.gpu, plan, self.tuning)?,
         };
         (self.renderer, self.taken) = (Some(renderer), Some(plan.clone()));
         Ok(())
@@ -127,13 +126,8 @@ impl Backend for OnDevice {
         if self.lost.is_some() { "cpu".into() } else { self.gpu.name() }
     }
 
-    fn unable(&self, job: &Job, control: &Control) -> barnard::Result<Option<String>> {
+    fn unsupported(&self, job: &Job, control: &Control) -> barnard::Result<Option<String>> {
         Ok(unable(job.plan(control)?, self.tuning).map(|e| e.to_string()))
-    }
-
-    fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
-        let plan = job.plan(control)?;
-        if self.lost.is_some() { Ok(()) } else { Ok(self.take(plan)?) }
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
@@ -144,27 +138,37 @@ impl Backend for OnDevice {
                     self.warnings.push(format!("the device failed: {why}"));
                     self.lost = Some(why);
                 }
-                done => return Ok(done?),
+                done => {
+                    let mut radiance = done?;
+                    if self.tuning.on_the_fly {
+                        let words = "noise at every sample; star depths and empty space as sampled";
+                        radiance.report.notes.push(("density".into(), words.into()));
+                    }
+                    return Ok(radiance);
+                }
             }
         }
         let (data, stats) = cpu::radiance(plan, control)?;
         Ok(Radiance::single(data, stats))
     }
 
-    fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> barnard::Result<Image> {
-        let mut image = finished(job.scene(), job.plan(control)?, radiance, &self.name(), control)?;
-        if self.tuning.on_the_fly && self.lost.is_none() {
-            image.notes.push(("density".into(), "noise at every sample; star depths and empty space as sampled".into()));
-        }
-        Ok(image)
+    fn device(&mut self) -> Option<&mut dyn Device> {
+        Some(self)
+    }
+}
+
+impl Device for OnDevice {
+    fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
+        let plan = job.plan(control)?;
+        if self.lost.is_some() { Ok(()) } else { Ok(self.take(plan)?) }
     }
 
     fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
         Ordinates::if_faster(&self.gpu)
     }
 
-    fn device_seconds(&self) -> Option<f64> {
-        self.lost.is_none().then(|| self.seconds.unwrap_or(f64::NAN))
+    fn seconds(&self) -> Option<f64> {
+        self.seconds
     }
 
     fn warm_up(&mut self, seconds: f64, control: &Control) -> barnard::Result<()> {
@@ -175,18 +179,19 @@ impl Backend for OnDevice {
         Ok(())
     }
 
+    fn move_star(&mut self, star: usize, position: DVec3) -> barnard::Result<bool> {
+        let Some(renderer) = self.renderer.as_mut().filter(|renderer| renderer.can_move(star)) else { return Ok(false) };
+        self.taken = None;
+        self.seconds = renderer.move_star(star, position)?;
+        Ok(true)
+    }
+
     fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
     }
 
-    fn instead(&self) -> Option<String> {
+    fn fallback(&self) -> Option<String> {
         self.lost.as_ref().map(|why| format!("the device failed: {why}"))
-    }
-
-    fn move_star(&mut self, star: usize, place: DVec3) -> barnard::Result<Option<f64>> {
-        let Some(renderer) = self.renderer.as_mut().filter(|renderer| renderer.can_move(star)) else { return Ok(None) };
-        self.taken = None;
-        Ok(Some(renderer.move_star(star, place)?.unwrap_or(f64::NAN)))
     }
 }
 
@@ -230,7 +235,7 @@ impl Auto {
     /// Chooses the back end that does this job from now on.
     fn choose(&mut self, job: &Job, control: &Control) -> barnard::Result<&mut dyn Backend> {
         if let Ok(device) = &self.device {
-            self.instead = device.unable(job, control)?;
+            self.instead = device.unsupported(job, control)?;
         }
         Ok(match &mut self.device {
             Ok(device) if self.instead.is_none() => device,
@@ -244,17 +249,6 @@ impl Backend for Auto {
         self.chosen().name()
     }
 
-    fn unable(&self, _: &Job, _: &Control) -> barnard::Result<Option<String>> {
-        Ok(None)
-    }
-
-    fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
-        match self.choose(job, control)?.prepare(job, control) {
-            Err(Error::Device(_)) => Ok(()),
-            done => done,
-        }
-    }
-
     /// A device that cannot hold the job after all, whatever its limits said, leaves it to the processor.
     fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
         match self.choose(job, control)?.radiance(job, control) {
@@ -266,16 +260,25 @@ impl Backend for Auto {
         }
     }
 
-    fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> barnard::Result<Image> {
-        self.chosen().finish(job, radiance, control)
+    fn device(&mut self) -> Option<&mut dyn Device> {
+        Some(self)
+    }
+}
+
+impl Device for Auto {
+    fn prepare(&mut self, job: &Job, control: &Control) -> barnard::Result<()> {
+        match self.choose(job, control)?.device().map(|device| device.prepare(job, control)) {
+            None | Some(Err(Error::Device(_))) => Ok(()),
+            Some(done) => done,
+        }
     }
 
     fn sweeper(&self) -> Option<Arc<dyn Sweeper>> {
-        self.device.as_ref().ok().and_then(Backend::sweeper)
+        self.device.as_ref().ok().and_then(Device::sweeper)
     }
 
-    fn device_seconds(&self) -> Option<f64> {
-        self.chosen().device_seconds()
+    fn seconds(&self) -> Option<f64> {
+        self.device.as_ref().ok().and_then(Device::seconds)
     }
 
     fn warm_up(&mut self, seconds: f64, control: &Control) -> barnard::Result<()> {
@@ -285,11 +288,18 @@ impl Backend for Auto {
         }
     }
 
-    fn warnings(&self) -> Vec<String> {
-        self.device.as_ref().map_or_else(|_| Vec::new(), Backend::warnings)
+    fn move_star(&mut self, star: usize, position: DVec3) -> barnard::Result<bool> {
+        match &mut self.device {
+            Ok(device) if self.instead.is_none() => device.move_star(star, position),
+            _ => Ok(false),
+        }
     }
 
-    fn instead(&self) -> Option<String> {
-        self.instead.clone().or_else(|| self.device.as_ref().ok().and_then(Backend::instead))
+    fn warnings(&self) -> Vec<String> {
+        self.device.as_ref().map_or_else(|_| Vec::new(), Device::warnings)
+    }
+
+    fn fallback(&self) -> Option<String> {
+        self.instead.clone().or_else(|| self.device.as_ref().ok().and_then(Device::fallback))
     }
 }

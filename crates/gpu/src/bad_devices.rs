@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Mutex};
 
-use barnard::backend::{Backend, Job, cpu};
+use barnard::backend::{Backend, Device, Job, Renderer, cpu};
 use barnard::control::{Control, Stage};
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan, Stepping};
+use barnard::plan::{Options, Planner, Quality, Stepping};
 use glam::DVec3;
 use ionisation::balance::{Gas, State};
 use ionisation::benchmarks::BENCHMARKS;
@@ -16,7 +16,7 @@ use ionisation::tracer::RayTracer;
 use crate::fixtures::{plan_of, scene};
 use crate::test_device::device;
 use crate::tuning::Tuning;
-use crate::{Auto, Gpu, GpuError, IonisingRays, OnDevice, Ordinates, Renderer};
+use crate::{Auto, DeviceMarch, Gpu, GpuError, IonisingRays, OnDevice, Ordinates};
 
 /// A device that is taken away in the middle of a picture is opened once more; if that is taken too, the processor
 /// renders.
@@ -25,7 +25,7 @@ use crate::{Auto, Gpu, GpuError, IonisingRays, OnDevice, Ordinates, Renderer};
 fn a_lost_device_does_not_lose_the_picture() {
     let scene = scene(24, "");
     let plan = plan_of(&scene);
-    let (truth, _) = cpu::render(&scene, &plan, &Control::default()).unwrap();
+    let (truth, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap();
     for losses in [0, 1, 2] {
         let (opened, left) = (Arc::new(Mutex::new(None::<wgpu::Device>)), Arc::new(Mutex::new(losses)));
         let (victim, hits) = (opened.clone(), left.clone());
@@ -43,15 +43,14 @@ fn a_lost_device_does_not_lose_the_picture() {
             *opened.lock().unwrap() = Some(gpu.device.clone());
             Ok(gpu)
         };
-        let options = Options::default();
         let mut backend = Auto::on(OnDevice::new(open().unwrap(), Tuning::default()).reopened_by(open));
-        let job = Job::planned(&scene, &options, &plan).unwrap();
-        let (image, _) = backend.render(&job, &control).unwrap();
+        let job = Job::from(&plan);
+        let (image, _) = Renderer::new(&mut backend).render(&plan, &control).unwrap();
         let told = backend.warnings();
-        let again = backend.prepare(&job, &control).and_then(|()| backend.render(&job, &control));
+        let again = backend.prepare(&job, &control).and_then(|()| Renderer::new(&mut backend).render(&plan, &control));
         assert_eq!(*left.lock().unwrap(), 0);
         assert_eq!(told.len(), [0, 1, 2][losses], "{told:?}");
-        let backend = &image.notes.iter().find(|n| n.0 == "backend").unwrap().1;
+        let backend = image.report.backend.as_ref().unwrap();
         assert_eq!(backend.starts_with("gpu"), losses < 2, "{backend}");
         for band in 0..2 {
             assert!(image.relative_rmse(band, &truth, band) < 5e-3);
@@ -68,12 +67,12 @@ fn a_lost_device_does_not_lose_the_picture() {
 fn timestamps_are_not_needed() {
     let mut gpu = device();
     let plan = plan_of(&scene(24, ""));
-    let mut renderer = Renderer::new(&gpu, &plan, Tuning::default()).unwrap();
+    let mut renderer = DeviceMarch::new(&gpu, &plan, Tuning::default()).unwrap();
     let with = renderer.radiance(&Control::default()).unwrap();
     let timed = gpu.timer.is_some();
     assert_eq!(renderer.seconds().is_some(), timed);
     gpu.timer = None;
-    let mut renderer = Renderer::new(&gpu, &plan, Tuning::default()).unwrap();
+    let mut renderer = DeviceMarch::new(&gpu, &plan, Tuning::default()).unwrap();
     assert!(renderer.radiance(&Control::default()).unwrap() == with);
     assert!(renderer.seconds().is_none());
 }
@@ -93,13 +92,13 @@ fn what_is_too_large_is_refused() {
     for (limits, is, right) in [edges, textures, tables, buffers] {
         let gpu = Gpu::limited(limits).unwrap();
         let plan = plan_of(&scene(24, ""));
-        let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap();
+        let error = DeviceMarch::new(&gpu, &plan, Tuning::default()).err().unwrap();
         let words = error.to_string();
         assert!(matches!(error, GpuError::TooLarge { .. }) && words.contains(is) && words.contains(right), "{words}");
     }
     // Steps past what single precision counts would never end.
     let endless = plan_of(&scene(24, "")).with_stepping(Stepping::PerVoxel(1e6));
-    let words = Renderer::new(&device(), &endless, Tuning::default()).err().unwrap().to_string();
+    let words = DeviceMarch::new(&device(), &endless, Tuning::default()).err().unwrap().to_string();
     assert!(words.contains("steps along a ray") && words.contains("fewer steps"), "{words}");
 }
 
@@ -110,16 +109,15 @@ fn the_processor_renders_what_a_device_cannot_hold() {
     let limits = wgpu::Limits { max_texture_dimension_3d: 16, ..wgpu::Limits::default() };
     let mut backend = Auto::on(OnDevice::new(Gpu::limited(limits).unwrap(), Tuning::default()));
     let (large, small) = (scene(24, ""), scene(12, ""));
-    let options = Options::default();
     for (scene, fits) in [(&small, true), (&large, false), (&small, true)] {
         let plan = plan_of(scene);
-        let job = Job::planned(scene, &options, &plan).unwrap();
+        let job = Job::from(&plan);
         backend.prepare(&job, &Control::default()).unwrap();
-        let (image, _) = backend.render(&job, &Control::default()).unwrap();
-        let truth = cpu::render(scene, &plan, &Control::default()).unwrap().0;
+        let (image, _) = Renderer::new(&mut backend).render(&plan, &Control::default()).unwrap();
+        let truth = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
         assert_eq!(image.samples == truth.samples, !fits);
         assert_eq!(backend.name().starts_with("gpu"), fits);
-        let why = backend.instead();
+        let why = backend.fallback();
         assert!(why.is_none() == fits && why.is_none_or(|why| why.contains("at most 14 voxels")));
     }
 }
@@ -143,8 +141,8 @@ fn the_processor_sweeps_what_a_device_cannot() {
         if let Some(gpu) = gpu {
             options.sweeper = Some(Arc::new(Ordinates::new(gpu.clone())));
         }
-        let plan = Plan::sampled(&scene, &options, 40, control).unwrap();
-        let words = plan.notes().into_iter().find(|note| note.0 == "multiple scattering").unwrap().1;
+        let plan = Planner::new(&options).with_quality(Quality::Fixed(40)).plan(&scene, None, control).unwrap();
+        let words = plan.expected_report().words().into_iter().find(|note| note.0 == "multiple scattering").unwrap().1;
         (plan.scattered_field().unwrap().volumes.iter().flat_map(|v| v.rows().collect::<Vec<_>>().concat()).collect::<Vec<f32>>(), words)
     };
     let small = Gpu::limited(wgpu::Limits { max_storage_buffer_binding_size: 1 << 20, ..wgpu::Limits::default() }).unwrap();

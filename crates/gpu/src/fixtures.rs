@@ -2,12 +2,12 @@
 
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::scene::Scene;
 
-pub fn plan_of(scene: &Scene) -> Plan {
+pub fn plan_of(scene: &Scene) -> Planned {
     let options = Options::within(DEFAULT_LIMIT);
-    Plan::sampled(scene, &options, 40, &Control::default()).unwrap()
+    Planner::new(&options).with_quality(Quality::Fixed(40)).plan(scene, None, &Control::default()).unwrap()
 }
 
 /// The cloud of these tests with so many voxels along an edge.

@@ -1,6 +1,6 @@
 //! The pictures of `barnard` on a graphics processor: wgpu and WGSL, reading nothing but the plan.
 //!
-//! [`Gpu`] is a device, [`OnDevice`] a back end on it, [`Renderer`] a plan that stays on the device while it changes.
+//! [`Gpu`] is a device, [`OnDevice`] a back end on it, [`DeviceMarch`] a plan that stays on the device while it changes.
 //! `layout` turns a plan into flat tables and the shape of a shader, `forms` adds what the plan's spectral rule needs,
 //! `frame` what changes from picture to picture; `shader` prints the shape (`shader_constants`) in front of `shaders/*.wgsl`, `written_out`
 //! their loops, `pipelines` compiles them, `textures` uploads volumes, `resources` what fits, `march` keeps a plan on
@@ -42,7 +42,7 @@ mod written_out;
 pub use backend::{Auto, BACKENDS, OnDevice, unable};
 pub use device::{Adapter, Gpu, adapters, device_descriptor};
 pub use error::{GpuError, Result};
-pub use march::Renderer;
+pub use march::DeviceMarch;
 pub use ordinates::Ordinates;
 pub use ray_tracer::IonisingRays;
 pub use tuning::Tuning;

@@ -1,6 +1,6 @@
 //! The march on a device: volumes up, strips of rows, radiance down.
 //!
-//! A [`Renderer`] keeps what a change leaves as it was: textures as long as the space is the same, and the pipelines of
+//! A [`DeviceMarch`] keeps what a change leaves as it was: textures as long as the space is the same, and the pipelines of
 //! the last shapes.
 
 use std::sync::Arc;
@@ -37,7 +37,7 @@ fn first_pace(layout: &Layout) -> usize {
 }
 
 /// A plan on a device.
-pub struct Renderer {
+pub struct DeviceMarch {
     gpu: Gpu,
     tuning: Tuning,
     layout: Layout,
@@ -60,7 +60,7 @@ pub struct Renderer {
     seconds: Option<f64>,
 }
 
-impl Renderer {
+impl DeviceMarch {
     /// Puts a plan onto a device.
     ///
     /// # Errors

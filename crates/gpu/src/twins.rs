@@ -4,7 +4,7 @@ use barnard::camera::{Camera, Stereo};
 use barnard::control::Control;
 use barnard::geometry::Bounds;
 use barnard::packet::{self, LANES, scaled_exp_integrals};
-use barnard::plan::{PhaseEntry, PhaseTable, Plan, near, segment};
+use barnard::plan::{PhaseEntry, PhaseTable, Planned, near, segment};
 use glam::DVec3;
 use spectra::quadrature::integrate;
 use spectra::rule::DepthSpan;
@@ -24,12 +24,12 @@ const ARGUMENTS: usize = 8;
 type Numbers = [f32; ARGUMENTS];
 
 /// A cloud of dust with two stars, and gas at its border, by `method`.
-fn plan(method: &str) -> Plan {
+fn plan(method: &str) -> Planned {
     plan_of(&scene(24, method))
 }
 
 /// Copy of the plan seen by another camera.
-fn seen_from(plan: &Plan, camera: Camera) -> Plan {
+fn seen_from(plan: &Planned, camera: Camera) -> Planned {
     let mut plan = plan.clone();
     plan.look_from(camera, &Control::default()).unwrap();
     plan
@@ -62,7 +62,7 @@ fn bind_group_layouts(gpu: &Gpu, quads: usize) -> [wgpu::BindGroupLayout; 2] {
 }
 
 /// The numbers that `body` makes of each x on the device: it reads `x` and writes `y`.
-fn evaluated(gpu: &Gpu, plan: &Plan, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
+fn evaluated(gpu: &Gpu, plan: &Planned, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
     use wgpu::BufferUsages as Use;
     let mut layout = Layout::new(plan, quads(plan, 0), false).unwrap();
     // Functions that ask for a sample in the middle of a segment are given one.
@@ -130,7 +130,7 @@ fn arguments(ranges: &[(f64, f64)]) -> Vec<Numbers> {
 
 /// Asserts that `body` computes what `twin` does, to `tolerance` of 1 + |value|; and that it would not, were any
 /// argument a quarter larger.
-fn agree(gpu: &Gpu, plan: &Plan, body: &str, ranges: &[(f64, f64)], tolerance: f64, twin: impl Fn([f64; ARGUMENTS]) -> Vec<f64>) {
+fn agree(gpu: &Gpu, plan: &Planned, body: &str, ranges: &[(f64, f64)], tolerance: f64, twin: impl Fn([f64; ARGUMENTS]) -> Vec<f64>) {
     let asked = arguments(ranges);
     let told = evaluated(gpu, plan, body, &asked);
     let worst = |argument: Option<usize>| {

@@ -11,7 +11,7 @@ use barnard::fixtures::small_cloud;
 use barnard::geometry::Bounds;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::ordinates::{Cells, EightLanes, Moments, Powers, Processor, Sweeper, Transfer, WIDTH, faces};
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard_gpu::{Gpu, Ordinates};
 use glam::DVec3;
 use test_device::device;
@@ -105,18 +105,21 @@ bounces = 30
     small_cloud(&[("2 mag/pc", "4 /pc"), ("albedo = 0.6", &dust)]) + around
 }
 
-fn plan(text: String, sweeper: Option<Arc<dyn Sweeper>>) -> Plan {
+fn plan(text: String, sweeper: Option<Arc<dyn Sweeper>>) -> Planned {
     let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-    Plan::preview(None, &scene, &Options::within(DEFAULT_LIMIT).with_sweeper(sweeper), &Control::default()).unwrap()
+    Planner::new(&Options::within(DEFAULT_LIMIT).with_sweeper(sweeper))
+        .with_quality(Quality::Preview)
+        .plan(&scene, None, &Control::default())
+        .unwrap()
 }
 
-fn words(plan: &Plan) -> String {
-    plan.notes().into_iter().find(|note| note.0 == "multiple scattering").unwrap().1
+fn words(plan: &Planned) -> String {
+    plan.expected_report().words().into_iter().find(|note| note.0 == "multiple scattering").unwrap().1
 }
 
 /// The source functions of two plans: the largest difference in parts of the largest.
-fn apart(ours: &Plan, theirs: &Plan) -> f32 {
-    let volumes = |plan: &Plan| {
+fn apart(ours: &Planned, theirs: &Planned) -> f32 {
+    let volumes = |plan: &Planned| {
         plan.scattered_field().as_ref().unwrap().volumes.iter().flat_map(|v| v.rows().collect::<Vec<_>>().concat()).collect::<Vec<f32>>()
     };
     let (ours, theirs) = (volumes(ours), volumes(theirs));

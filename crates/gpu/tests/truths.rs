@@ -6,20 +6,20 @@ mod reference_cases;
 #[path = "common/device.rs"]
 mod test_device;
 
-use barnard::backend::{Backend, Job, reference};
+use barnard::backend::Renderer;
 use barnard::control::Control;
 use barnard::image::{Image, relative_rms};
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan, sample_functions};
+use barnard::plan::{Options, Planned, Planner, sample_functions};
 use barnard::scene::{Loader, Scene};
 use barnard_gpu::{Gpu, OnDevice, Tuning};
 use reference_cases::{compare, folders, load};
 use test_device::device;
 
-fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Plan) {
-    let plan = Plan::new(scene, options, &Control::default()).unwrap();
+fn picture(gpu: &Gpu, scene: &Scene, options: &Options) -> (Image, Planned) {
+    let plan = Planner::new(options).plan(scene, None, &Control::default()).unwrap();
     let mut backend = OnDevice::new(gpu.clone(), Tuning::default());
-    (backend.render(&Job::planned(scene, options, &plan).unwrap(), &Control::default()).unwrap().0, plan)
+    (Renderer::new(&mut backend).render(&plan, &Control::default()).unwrap().0, plan)
 }
 
 #[test]
@@ -48,9 +48,8 @@ fn parts_of_an_image_make_the_whole() {
         let (whole, mut plan) = picture(&gpu, &scene, &options);
         let part = scene.camera.clone().crop(13, 4, 20, 11).unwrap();
         plan.look_from(part.clone(), &control).unwrap();
-        let scene = Scene { camera: part, ..scene.clone() };
         let mut backend = OnDevice::new(gpu.clone(), Tuning::default());
-        let own = backend.render(&Job::planned(&scene, &options, &plan).unwrap(), &control).unwrap().0;
+        let own = Renderer::new(&mut backend).render(&plan, &control).unwrap().0;
         let light = (0..11).flat_map(|i| (0..20).map(move |j| (i, j))).map(|(i, j)| (own.at(0, i, j), whole.at(0, i + 4, j + 13)));
         assert!(light.clone().any(|(_, theirs)| theirs > 0.0));
         assert!(relative_rms(light) < 1e-4);
@@ -74,7 +73,7 @@ fn gpu_is_within_its_stated_accuracy_of_the_reference() {
         scene.camera.supersampling = 1;
         (scene.camera.width, scene.camera.height) = (EDGE, EDGE);
         let (image, plan) = picture(&gpu, &scene, &options);
-        let truth = reference::render(&scene, 3e-4, &Control::default()).unwrap();
+        let truth = barnard::render_reference(&scene, 3e-4, &Control::default()).unwrap();
         let spatial = plan.space().spatial.map_or(0.0, |s| s.error);
         // Steps that the scene fixes can miss the accuracy, and the plan says by how much: beside that there is the
         // spectral part.

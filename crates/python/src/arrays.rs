@@ -15,18 +15,18 @@ use pyo3::prelude::*;
 use spectra::curve::Columns;
 
 /// The memory of an array that nobody writes into, held by a reference to the array.
-struct Held<T: 'static> {
+struct LockedArray<T: 'static> {
     _array: Py<PyArray3<T>>,
     start: *const T,
     length: usize,
 }
 
 // SAFETY: the memory is only read, by whoever holds it and by Python, which cannot write into it: the array is marked so.
-unsafe impl<T: Sync> Send for Held<T> {}
+unsafe impl<T: Sync> Send for LockedArray<T> {}
 // SAFETY: as above.
-unsafe impl<T: Sync> Sync for Held<T> {}
+unsafe impl<T: Sync> Sync for LockedArray<T> {}
 
-impl<T> AsRef<[T]> for Held<T> {
+impl<T> AsRef<[T]> for LockedArray<T> {
     fn as_ref(&self) -> &[T] {
         // SAFETY: the array was contiguous and of so many elements when it was taken, and lives as long as its reference.
         unsafe { std::slice::from_raw_parts(self.start, self.length) }
@@ -34,7 +34,7 @@ impl<T> AsRef<[T]> for Held<T> {
 }
 
 /// The numbers of a contiguous array that cannot be written into.
-fn held<T: Element + Send + Sync + 'static>(array: &Bound<PyArray3<T>>) -> PyResult<Shared<T>> {
+fn locked<T: Element + Send + Sync + 'static>(array: &Bound<PyArray3<T>>) -> PyResult<Shared<T>> {
     if !array.is_contiguous() && !array.is_fortran_contiguous() {
         return Err(PyTypeError::new_err("the array is not contiguous"));
     }
@@ -42,7 +42,7 @@ fn held<T: Element + Send + Sync + 'static>(array: &Bound<PyArray3<T>>) -> PyRes
     if writeable {
         return Err(PyTypeError::new_err("the array can be written into"));
     }
-    Ok(Shared::of(Held { _array: array.clone().unbind(), start: array.data().cast_const(), length: array.len() }))
+    Ok(Shared::of(LockedArray { _array: array.clone().unbind(), start: array.data().cast_const(), length: array.len() }))
 }
 
 /// An array that a scene can name.
@@ -72,9 +72,9 @@ impl Arrays {
     /// Takes an array of doubles or singles, contiguous and read-only, under a name.
     pub fn add(&self, name: String, label: String, array: &Bound<PyAny>) -> PyResult<()> {
         let (shape, fortran, data) = if let Ok(array) = array.cast::<PyArray3<f32>>() {
-            (array.shape(), !array.is_c_contiguous(), Numbers::Single(held(array)?))
+            (array.shape(), !array.is_c_contiguous(), Numbers::Single(locked(array)?))
         } else if let Ok(array) = array.cast::<PyArray3<f64>>() {
-            (array.shape(), !array.is_c_contiguous(), Numbers::Double(held(array)?))
+            (array.shape(), !array.is_c_contiguous(), Numbers::Double(locked(array)?))
         } else {
             return Err(PyTypeError::new_err(format!("{label}: a field is an array of three axes of float32 or float64")));
         };

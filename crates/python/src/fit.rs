@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use barnard::control::Control;
 use barnard::plan::Options;
 use barnard_fit::solve::{Measured, Model, Prediction};
-use barnard_fit::{Assumed, Data, Held, Images, Observation, Parameter, Values, fit, free_parameters, planes_of};
+use barnard_fit::{Assumed, Data, Images, Observation, Parameter, PixelData, Values, fit, narrowed, planes_of};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -31,7 +31,7 @@ pub struct FitModel {
 
 /// Pixels in memory that a scene is fitted to.
 #[pyclass(frozen, module = "barnard._barnard")]
-pub struct FitPixels(Held);
+pub struct FitPixels(PixelData);
 
 /// The pixels of a picture, or an array of all bands (bands × height × width, the first row on top, in the unit of the scene's pictures), with
 /// standard errors and a mask of the same shape in place of their own.
@@ -55,13 +55,24 @@ pub fn fit_pixels(
     };
     let sigma = sigma.map(|own| own.as_array().iter().copied().collect());
     let mask = mask.map(|own| own.as_array().iter().copied().collect());
-    Ok(FitPixels(Held { name, values, sigma, mask }))
+    Ok(FitPixels(PixelData { name, values, sigma, mask }))
+}
+
+/// A free key: name, bounds, mean and standard deviation of its prior.
+type FreeRow = (String, f64, f64, Option<(f64, f64)>);
+
+/// Free keys of a text, such as "star[0].luminosity=1..10": name, bounds, prior.
+#[pyfunction]
+pub fn free_keys(py: Python, text: &str) -> PyResult<Vec<FreeRow>> {
+    let row = |own: Parameter| (own.key, own.bounds.0, own.bounds.1, own.prior);
+    let parsed: barnard::Result<Vec<Parameter>> = text.split(',').map(|part| part.trim().parse()).collect();
+    parsed.map(|all| all.into_iter().map(row).collect()).map_err(|error| raised(py, error))
 }
 
 /// Source of pixels.
 #[derive(FromPyObject)]
 pub enum Source<'py> {
-    Held(PyRef<'py, FitPixels>),
+    Pixels(PyRef<'py, FitPixels>),
     File(PathBuf),
 }
 
@@ -73,7 +84,7 @@ pub fn fit_model(
     reader: &Reader,
     table: &Bound<PyDict>,
     scene: Py<Scene>,
-    free: &str,
+    free: Vec<FreeRow>,
     images: Vec<(Source, Bound<PyDict>, (bool, bool))>,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<FitModel> {
@@ -82,14 +93,15 @@ pub fn fit_model(
         let (data, assumed) = match source {
             Source::File(file) => (Data::File(file), Assumed { unit: assumed.0, place: assumed.1 }),
             // Whoever gives an array says that it is as the scene's pictures are.
-            Source::Held(pixels) => (Data::Held(pixels.0.clone()), Assumed { unit: true, place: true }),
+            Source::Pixels(pixels) => (Data::Pixels(pixels.0.clone()), Assumed { unit: true, place: true }),
         };
         Ok(Observation { data, with: tree::table(&with)?, assumed })
     };
     let observations: Vec<Observation> = images.into_iter().map(observation).collect::<PyResult<_>>()?;
     let (loader, options) = (reader.loader.clone(), Options::within(reader.loader.inputs.memory_limit));
     let (images, data, start, free) = work::run(py, progress, |control| {
-        let free = free_parameters(free, &table)?;
+        let parameter = |(key, low, high, prior): FreeRow| Parameter { key, bounds: (low, high), prior };
+        let free = narrowed(free.into_iter().map(parameter).collect(), &table)?;
         let (images, data, start) = Images::new(table, loader, &observations, &free, options, control)?;
         Ok((images, data, start, free))
     })?;
@@ -179,7 +191,7 @@ impl FitModel {
         told.set_item("degenerate", found.degenerate)?;
         told.set_item("bounded", found.bounded)?;
         let scene = self.scene.get().0.clone();
-        let images: Vec<Image> = residuals.into_iter().map(|own| Image::plain(scene.clone(), own.image)).collect();
+        let images: Vec<Image> = residuals.into_iter().map(|own| Image::new(scene.clone(), own.image).without_glare()).collect();
         told.set_item("residuals", images)?;
         Ok(told)
     }

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use barnard::Result;
-use barnard::backend::{Backend, Job};
+use barnard::backend::{Backend, Job, Renderer};
 use barnard::control::Control;
-use barnard::image::{Display, FAR_AWAY, LayerContent, PixelScale, Samples};
+use barnard::image::{Band, Display, FAR_AWAY, LayerContent, PixelScale, Samples, SaveOptions};
 use barnard::keywords::Value;
-use barnard::plan::Options;
+use barnard::plan::{Options, Planned};
 use barnard::properties::Table;
 use barnard_files::SaveImage;
 use barnard_files::formats::encode_png;
@@ -16,7 +16,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::raised;
-use crate::plan::{Certificate, Plan, certificates};
+use crate::plan::Plan;
+use crate::report;
 use crate::scene::{Owner, Scene};
 use crate::{open, tree, work};
 
@@ -25,31 +26,30 @@ fn display(scene: &barnard::Scene, table: &Table) -> Result<Display> {
     Display::from_properties(table, &scene.bands)
 }
 
-/// A band: pivot wavelength [um], width [um], how it counts, certificate in words.
-type BandDetails = (Option<f64>, Option<f64>, Option<&'static str>, Vec<String>);
+/// A band: pivot wavelength [um], width [um], how it counts.
+type BandDetails = (Option<f64>, Option<f64>, Option<&'static str>);
 
 /// A rendered picture, with what is stated of it.
 #[pyclass(frozen, module = "barnard._barnard")]
 pub struct Image {
     pub scene: Owner,
     pub image: barnard::Image,
-    pub certificates: Vec<Vec<Certificate>>,
+    pub options: SaveOptions,
     pub warnings: Vec<String>,
-}
-
-impl Image {
-    /// A picture of a scene that no plan certifies.
-    pub fn plain(scene: Owner, image: barnard::Image) -> Self {
-        Self { scene, image, certificates: Vec::new(), warnings: Vec::new() }
-    }
 }
 
 #[pymethods]
 impl Image {
     /// Names of the bands, those of standard errors behind those of radiances.
     #[getter]
-    fn bands(&self) -> Vec<&str> {
-        self.image.bands.iter().map(|band| band.name.as_str()).collect()
+    fn bands(&self) -> Vec<String> {
+        self.image.bands.iter().map(Band::label).collect()
+    }
+
+    /// Numbers of the bands that are radiances.
+    #[getter]
+    fn radiances(&self) -> Vec<usize> {
+        self.image.radiances().collect()
     }
 
     /// (height, width) in pixels.
@@ -84,10 +84,10 @@ impl Image {
         Ok(layers)
     }
 
-    /// For each passband the certificate of each light that shines in it; empty where a back end reads no plan.
+    /// The report, as facts.
     #[getter]
-    fn certificates(&self) -> Vec<Vec<Certificate>> {
-        self.certificates.clone()
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        report::facts(py, &self.image.report)
     }
 
     /// Warnings of the render, in words.
@@ -99,21 +99,21 @@ impl Image {
     /// Notes of the picture, each with its topic.
     #[getter]
     fn notes(&self) -> Vec<(String, String)> {
-        self.image.notes.clone()
+        self.image.statements()
     }
 
-    /// For each band its pivot wavelength [um], its width ∫ R dλ [um], how it counts, and its certificate in words.
+    /// For each band its pivot wavelength [um], its width ∫ R dλ [um], and how it counts.
     #[getter]
     fn band_details(&self) -> Vec<BandDetails> {
-        self.image.bands.iter().map(|b| (b.pivot_um, b.width_um, b.counting, b.certificate.clone())).collect()
+        self.image.bands.iter().map(|b| (b.pivot_um, b.width_um, b.counting)).collect()
     }
 
     /// Keywords as FITS headers have them: name to value.
     #[getter]
     fn keywords<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let keywords = PyDict::new(py);
-        for keyword in &self.image.keywords {
-            match &keyword.value {
+        for keyword in self.image.cards() {
+            match keyword.value {
                 Value::Text(text) => keywords.set_item(keyword.name, text)?,
                 Value::Number(number) => keywords.set_item(keyword.name, number)?,
                 Value::Integer(number) => keywords.set_item(keyword.name, number)?,
@@ -136,13 +136,13 @@ impl Image {
 
     /// Writes the picture, whole or not at all; the extension says how.
     fn write(&self, py: Python, path: PathBuf) -> PyResult<()> {
-        work::run(py, None, |_| self.image.save(&path))
+        work::run(py, None, |_| self.image.save(&path, &self.options))
     }
 
     /// The bytes of a file with this extension.
     fn encode<'py>(&self, py: Python<'py>, extension: &str) -> PyResult<Bound<'py, PyBytes>> {
         let name = PathBuf::from(format!("image.{extension}"));
-        let bytes = work::run(py, None, |_| (barnard_files::formats::writer(&name)?.encode)(&self.image))?;
+        let bytes = work::run(py, None, |_| (barnard_files::formats::writer(&name)?.encode)(&self.image, &self.options))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -156,20 +156,25 @@ impl Image {
     /// The picture in colours as the bytes of a .png.
     fn png<'py>(&self, py: Python<'py>, display: Option<&Bound<PyDict>>) -> PyResult<Bound<'py, PyBytes>> {
         let pixels = self.coloured(py, display)?;
-        let bytes = work::run(py, None, |_| encode_png((self.image.width, self.image.height), &pixels, &self.image.notes))?;
+        let bytes = work::run(py, None, |_| encode_png((self.image.width, self.image.height), &pixels, &self.image.statements()))?;
         Ok(PyBytes::new(py, &bytes))
     }
 }
 
 impl Image {
-    /// A picture of a scene, and its certificates.
-    pub fn new(scene: Owner, image: barnard::Image, certificates: Vec<Vec<Certificate>>) -> Self {
-        Self { scene, image, certificates, warnings: Vec::new() }
+    /// Image whose optics are in its light already.
+    pub fn without_glare(self) -> Self {
+        Self { options: self.options.without_glare(), ..self }
+    }
+
+    /// An image of a scene.
+    pub fn new(scene: Owner, image: barnard::Image) -> Self {
+        Self { options: scene.save_options(), scene, image, warnings: Vec::new() }
     }
 
     fn coloured(&self, py: Python, table: Option<&Bound<PyDict>>) -> PyResult<Vec<u8>> {
         let shown = match table {
-            None => self.image.display.clone(),
+            None => self.options.display.clone(),
             Some(table) => display(&self.scene, &tree::table(table)?).map_err(|error| raised(py, error))?,
         };
         work::run(py, None, |_| Ok(shown.picture(&self.image).iter().flatten().map(|v| (v * 255.0 + 0.5) as u8).collect()))
@@ -209,7 +214,7 @@ pub fn render(
 /// The picture of a scene by a back end, with options as the tables `path` and `reference` of `[method]` have them.
 pub fn rendered(
     scene: &Owner,
-    plan: Option<&barnard::Plan>,
+    plan: Option<&Planned>,
     backend: &str,
     options: &Table,
     memory_limit: u64,
@@ -219,17 +224,18 @@ pub fn rendered(
     let mut adjusted = barnard::Scene::clone(scene);
     adjusted.method.backends = adjusted.method.backends.with_properties(options)?;
     let options = Options::within(memory_limit);
-    let job = match plan {
-        Some(plan) => Job::planned(&adjusted, &options, plan)?,
-        None => Job::new(&adjusted, &options)?,
+    let planned = plan.map(|plan| plan.for_scene(&adjusted, control)).transpose()?;
+    let job = match &planned {
+        Some(planned) => Job::from(planned),
+        None => Job::new(adjusted.clone(), &options)?,
     };
     let render = |backend: &mut dyn Backend| {
-        let (image, stats) = backend.render(&job, control)?;
-        let mut warnings = backend.warnings();
-        warnings.extend(backend.instead().map(|why| format!("on the cpu: {why}")));
-        Ok((image, stats, warnings))
+        let (image, _) = Renderer::new(backend).render(job, control)?;
+        let Some(device) = backend.device() else { return Ok((image, Vec::new())) };
+        let mut warnings = device.warnings();
+        warnings.extend(device.fallback().map(|why| format!("on the cpu: {why}")));
+        Ok((image, warnings))
     };
-    let (image, stats, warnings) = open::with(backend, &adjusted, render)?;
-    let certificates = plan.map_or_else(Vec::new, |plan| certificates(plan, &stats));
-    Ok(Image { scene: scene.clone(), image, certificates, warnings })
+    let (image, warnings) = open::with(backend, &adjusted, render)?;
+    Ok(Image { warnings, ..Image::new(scene.clone(), image) })
 }

@@ -85,6 +85,6 @@ impl Exposures {
     /// All frames, calibrated and combined.
     #[pyo3(signature = (progress=None))]
     fn master(&self, py: Python, progress: Option<&Bound<PyAny>>) -> PyResult<Image> {
-        work::run(py, progress, |control| Ok(Image::plain(self.scene.clone(), self.exposures.master(control)?)))
+        work::run(py, progress, |control| Ok(Image::new(self.scene.clone(), self.exposures.master(control)?).without_glare()))
     }
 }

@@ -14,6 +14,7 @@ mod open;
 mod pickled;
 mod plan;
 mod plates;
+mod report;
 mod scene;
 mod sequence;
 mod tree;
@@ -57,6 +58,7 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(plates::plates, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_model, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::free_keys, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_pixels, module)?)?;
     module.add_function(wrap_pyfunction!(plates::read_plates, module)?)?;
     module.add_function(wrap_pyfunction!(sequence::sequence, module)?)?;

@@ -21,7 +21,8 @@ pub fn with<T>(name: &str, scene: &Scene, work: impl FnOnce(&mut dyn Backend) ->
     let mut backend = kept.map_or_else(|| (entry.open)(scene), Ok)?;
     let result = work(&mut *backend);
     // One whose device gave up is opened anew the next time.
-    if entry.device != DeviceUse::Never && backend.instead().is_none() && backend.warnings().is_empty() {
+    if entry.device != DeviceUse::Never && backend.device().is_none_or(|device| device.fallback().is_none() && device.warnings().is_empty())
+    {
         KEPT.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default().insert(name.into(), backend);
     }
     result

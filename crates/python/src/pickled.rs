@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use barnard::backend::describe;
-use barnard::image::{Band, ImagePart, Layer, LayerContent, Level, Moment, PixelScale, PointSource, Samples, SpectralAxis, View};
+use barnard::image::{Band, ImagePart, Layer, LayerContent, Level, Moment, PixelScale, Plane, PointSource, Samples, SpectralAxis, View};
 use barnard::keywords::{Keyword, Value};
 use barnard::observation::InUnit;
 use numpy::{PyArray1, PyArrayMethods};
@@ -15,7 +15,7 @@ use pyo3::types::PyDict;
 use spectra::colour::Palette;
 
 use crate::image::Image;
-use crate::plan::Certificate;
+use crate::report;
 use crate::scene::{Owner, Reader};
 use crate::tree;
 
@@ -25,8 +25,8 @@ const COMPUTED: [&str; 12] =
 
 /// A keyword: name, text, number, whole number, comment.
 type Words = (String, Option<String>, Option<f64>, Option<i64>, String);
-/// A band: name, pivot, width, how it counts, what its unit multiplies by, zero of its magnitudes, certificate, keywords.
-type Described = (String, Option<f64>, Option<f64>, Option<String>, Option<f64>, Option<f64>, Vec<String>, Vec<Words>);
+/// A band: name, pivot, width, how it counts, what its unit multiplies by, zero of its magnitudes, true for standard errors, keywords.
+type Described = (String, Option<f64>, Option<f64>, Option<String>, Option<f64>, Option<f64>, bool, Vec<Words>);
 /// Channels: middle of the first, width, count, wavelength at rest, resolving power.
 type Channels = (f64, f64, usize, Option<f64>, Option<f64>);
 /// Columns of a palette, whether bands are balanced, black and white where they are numbers.
@@ -57,11 +57,11 @@ struct State<'py> {
     view: Option<[[[f64; 4]; 4]; 2]>,
     points: Vec<(f64, f64, Vec<f64>)>,
     moment: Option<(i64, f64, f64)>,
+    report: report::State,
     notes: Vec<(String, String)>,
     keywords: Vec<Words>,
     shown: Shown,
     layers: Vec<Layered<'py>>,
-    certificates: Vec<Vec<Certificate>>,
     warnings: Vec<String>,
 }
 
@@ -82,7 +82,16 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
             None => (None, None),
         };
         let keywords = own.keywords.iter().map(said).collect();
-        (own.name.clone(), own.pivot_um, own.width_um, own.counting.map(str::to_owned), times, zero, own.certificate.clone(), keywords)
+        (
+            own.name.clone(),
+            own.pivot_um,
+            own.width_um,
+            own.counting.map(str::to_owned),
+            times,
+            zero,
+            own.plane == Plane::StandardError,
+            keywords,
+        )
     };
     let pixel = image.pixel.map(|pixel| match pixel {
         PixelScale::Angle(step) => (0, step),
@@ -95,7 +104,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         Level::Auto => None,
         Level::Radiance(value) => Some(value),
     };
-    let display = &image.display;
+    let display = &picture.options.display;
     let layer = |own: &Layer| {
         let content = CONTENTS.iter().position(|content| *content == own.content).unwrap_or_default();
         Ok((own.name.clone(), content, flat(py, &own.samples)))
@@ -116,11 +125,11 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         view: image.view.map(|view| [view.world_to_camera, view.world_to_screen]),
         points: image.points.iter().map(|point| (point.column, point.row, point.flux.clone())).collect(),
         moment: image.moment.map(|moment| (moment.frame, moment.time_s, moment.per_second)),
+        report: report::State::from(&image.report),
         notes: image.notes.clone(),
         keywords: image.keywords.iter().map(said).collect(),
         shown: (display.palette.columns.clone(), display.balance, level(display.black), level(display.white)),
         layers: image.layers.iter().map(layer).collect::<PyResult<_>>()?,
-        certificates: picture.certificates.clone(),
         warnings: picture.warnings.clone(),
     };
     Ok(state.into_pyobject(py)?.into_any())
@@ -132,10 +141,11 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
     let state: State = state.extract()?;
     let reader = Reader::new(state.folder, state.limit);
     let scene: Owner = reader.read(py, &state.tree, "scene")?.0;
-    let band = |(name, pivot_um, width_um, counting, times, zero, certificate, keywords): Described| {
+    let band = |(name, pivot_um, width_um, counting, times, zero, is_error, keywords): Described| {
         let in_unit = times.map(InUnit::Times).or(zero.map(|zero| InUnit::Magnitudes { zero }));
         let keywords = keywords.into_iter().map(keyword).collect();
-        Band { name, pivot_um, width_um, counting: counting.map(lasting), in_unit, certificate, keywords }
+        let plane = if is_error { Plane::StandardError } else { Plane::Radiance };
+        Band { name, plane, pivot_um, width_um, counting: counting.map(lasting), in_unit, keywords }
     };
     let layer = |(name, content, values): Layered| {
         let content = *CONTENTS.get(content).ok_or_else(|| PyValueError::new_err("a layer of no known content"))?;
@@ -149,9 +159,10 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
     let pixel = state.pixel.and_then(|(kind, step)| SCALES.get(kind).map(|scale| scale(step)));
     let level = |value: Option<f64>| value.map_or(Level::Auto, Level::Radiance);
     let (columns, balance, black, white) = state.shown;
-    let mut image = describe(&scene, &scene.camera, all);
-    image.display =
-        barnard::image::Display { palette: Palette { columns }, balance, black: level(black), white: level(white), ..image.display };
+    let image = describe(&scene, &scene.camera, all);
+    let mut options = scene.save_options();
+    options.display =
+        barnard::image::Display { palette: Palette { columns }, balance, black: level(black), white: level(white), ..options.display };
     let image = barnard::Image {
         width: state.size.0,
         height: state.size.1,
@@ -171,12 +182,13 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
         view: state.view.map(|[world_to_camera, world_to_screen]| View { world_to_camera, world_to_screen }),
         points: state.points.into_iter().map(|(column, row, flux)| PointSource { column, row, flux }).collect(),
         moment: state.moment.map(|(frame, time_s, per_second)| Moment { frame, time_s, per_second }),
+        report: state.report.into(),
         notes: state.notes,
         keywords: state.keywords.into_iter().map(keyword).collect(),
         layers: state.layers.into_iter().map(layer).collect::<PyResult<_>>()?,
         ..image
     };
-    Ok(Image { scene, image, certificates: state.certificates, warnings: state.warnings })
+    Ok(Image { scene, image, options, warnings: state.warnings })
 }
 
 fn said(keyword: &Keyword) -> Words {

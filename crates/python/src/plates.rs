@@ -73,7 +73,7 @@ impl Plates {
 
     /// The picture of a scene that differs from theirs in spectra alone.
     fn expose(&self, py: Python, scene: &Scene) -> PyResult<Image> {
-        work::run(py, None, |control| Ok(Image::plain(scene.0.clone(), self.0.expose(&scene.0, control)?)))
+        work::run(py, None, |control| Ok(Image::new(scene.0.clone(), self.0.expose(&scene.0, control)?)))
     }
 
     /// Writes them down, whole or not at all.

@@ -6,7 +6,7 @@ use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::plan::Options;
 use barnard::properties::Table;
-use barnard::sequence::{Follower, Held};
+use barnard::sequence::{Follower, FrameSettings};
 use barnard::{Error, Result};
 use barnard_cli::backends::registry;
 use pyo3::prelude::*;
@@ -24,13 +24,13 @@ pub struct Sequence {
     /// Taken while a frame is rendered: no lock is held meanwhile, since a thread that waits for others may take up another
     /// frame's work.
     followed: Mutex<Option<Follower>>,
-    held: Mutex<Option<Arc<Held>>>,
+    shared: Mutex<Option<Arc<FrameSettings>>>,
     words: Arc<Words>,
 }
 
 impl Sequence {
     pub fn new(sequence: barnard::sequence::Sequence, words: Arc<Words>) -> Self {
-        Self { followed: Mutex::default(), held: Mutex::default(), sequence, words }
+        Self { followed: Mutex::default(), shared: Mutex::default(), sequence, words }
     }
 }
 
@@ -100,23 +100,24 @@ impl Sequence {
         let mut options = Options::within(memory_limit);
         let first = follower.scene(frames.time(number), control)?;
         if first.method.bounces > 1 {
-            options.sweeper = open::with(backend, &first, |backend| Ok(backend.sweeper()))?;
+            options.sweeper = open::with(backend, &first, |backend| Ok(backend.device().and_then(|device| device.sweeper())))?;
         }
-        let kept = self.held.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let held = match kept {
-            Some(held) => held,
+        let kept = self.shared.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let shared = match kept {
+            Some(shared) => shared,
             None => {
-                let held = Arc::new(Held::by(&self.sequence.pilots(), |time| follower.scene(time, control), &options, control)?);
-                *self.held.lock().unwrap_or_else(PoisonError::into_inner) = Some(held.clone());
-                held
+                let shared =
+                    Arc::new(FrameSettings::measured(&self.sequence.pilots(), |time| follower.scene(time, control), &options, control)?);
+                *self.shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(shared.clone());
+                shared
             }
         };
         let planned = registry().by_name(backend)?.planned;
         let mut frame: Option<Image> = None;
         let at = |time: f64| -> Result<barnard::Image> {
             let scene = follower.scene(time, control)?;
-            let scene = Arc::new(barnard::Scene { display: held.display(&scene.display), ..scene });
-            let plan = planned.then(|| follower.plan(&scene, &options, &held.choices, control)).transpose()?;
+            let scene = Arc::new(barnard::Scene { display: shared.display(&scene.display), ..scene });
+            let plan = planned.then(|| follower.plan(&scene, &options, &shared.choices, control)).transpose()?;
             let scene = Owner { scene, words: self.words.clone() };
             let image = rendered(&scene, plan, backend, own, memory_limit, control)?;
             let own = image.image.clone();

@@ -3,10 +3,10 @@
 //!
 //! `cargo run --release -p barnard-study --example film`
 
-use barnard::backend::cpu;
+use barnard::backend::{Renderer, cpu};
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planner};
 use barnard_files::builtin;
 use barnard_files::formats::{encode_png, replace};
 
@@ -32,8 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let text = scene.replace("\"38000 K\"", &format!("\"{temperature}000 K\""));
         let scene = barnard_files::parse("film", "film", text, &builtin::loader(DEFAULT_LIMIT))?;
         let control = Control::default();
-        let plan = Plan::new(&scene, &Options::within(DEFAULT_LIMIT), &control)?;
-        let (image, _) = cpu::render(&scene, &plan, &control)?;
+        let plan = Planner::new(&Options::within(DEFAULT_LIMIT)).plan(&scene, None, &control)?;
+        let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control)?;
         let corner = (frame / IN_A_ROW * SIZE.1 * width + frame % IN_A_ROW * SIZE.0) * 3;
         for (row, bytes) in scene.display.tone(&image).bytes(&image).chunks(SIZE.0).enumerate() {
             let at = corner + 3 * row * width;

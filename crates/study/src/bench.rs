@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use spectra::rule::RULES;
 
-use barnard::backend::{Backend, Job, path};
+use barnard::backend::{Backend, Job, Renderer, path};
 use barnard::control::Control;
 use barnard::error::{Error, Result};
 use barnard::image::{Image, worst};
-use barnard::plan::{Options, Plan, Stepping, TALK_STEPS, sample_functions};
+use barnard::plan::{Options, Planned, Planner, Stepping, TALK_STEPS, sample_functions};
 use barnard::scene::{Method, Scene};
 
 use crate::backends;
@@ -69,7 +69,7 @@ pub fn table(backend: &mut dyn Backend, mut scene: Scene, bench: &Bench, control
 /// The figures that a contest of all methods is compared with.
 struct Contest {
     /// The default's plan, and its error where errors are measured.
-    default: Option<(Plan, Option<f64>)>,
+    default: Option<(Planned, Option<f64>)>,
     /// The error of the double integration of the talk.
     baseline: Option<f64>,
 }
@@ -87,36 +87,41 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn plan(&self, method: Method) -> Result<Plan> {
-        Plan::new(&self.scene.clone().method(method), self.bench.options, self.control)
+    fn plan(&self, method: Method) -> Result<Planned> {
+        Planner::new(self.bench.options).plan(self.scene.clone().method(method), None, self.control)
     }
 
     /// The plan in the pixels of the frames that are timed.
-    fn full(&self, plan: &Plan) -> Plan {
+    fn full(&self, plan: &Planned) -> Planned {
         plan.clone().with_size(self.full.0, self.full.1)
     }
 
-    fn is_able(&self, plan: &Plan) -> Result<bool> {
-        Ok(self.backend.unable(&Job::planned(&self.scene, self.bench.options, plan)?, self.control)?.is_none())
+    fn is_able(&self, plan: &Planned) -> Result<bool> {
+        Ok(self.backend.unsupported(&Job::from(plan), self.control)?.is_none())
     }
 
     /// The error of a plan's picture, where errors are measured.
-    fn error(&mut self, plan: &Plan) -> Result<Option<f64>> {
+    fn error(&mut self, plan: &Planned) -> Result<Option<f64>> {
         let Some(truth) = &self.truth else { return Ok(None) };
-        let (image, _) = self.backend.render(&Job::planned(&self.scene, self.bench.options, plan)?, self.control)?;
+        let (image, _) = Renderer::new(self.backend).render(plan, self.control)?;
         Ok(Some(truth.error(&image)))
     }
 
-    fn time(&mut self, name: String, plan: &Plan, error: Option<f64>) -> Result<Row> {
+    fn time(&mut self, name: String, plan: &Planned, error: Option<f64>) -> Result<Row> {
         let plan = self.full(plan);
-        let job = Job::planned(&self.scene, self.bench.options, &plan)?;
-        self.backend.prepare(&job, self.control)?;
+        let job = Job::from(&plan);
+        if let Some(device) = self.backend.device() {
+            device.prepare(&job, self.control)?;
+        }
         let (seconds, device_seconds) = medians(self.bench.frames, || {
-            self.backend.warm_up(WARM_UP, self.control)?;
+            if let Some(device) = self.backend.device() {
+                device.warm_up(WARM_UP, self.control)?;
+            }
             clocked(|| {
                 let before = processor_seconds();
                 self.backend.radiance(&job, self.control)?;
-                Ok(self.backend.device_seconds().unwrap_or_else(|| processor_seconds() - before))
+                let device = self.backend.device().filter(|device| device.fallback().is_none());
+                Ok(device.map_or_else(|| processor_seconds() - before, |device| device.seconds().unwrap_or(f64::NAN)))
             })
         })?;
         Ok(Row { name, terms: plan.spectral().terms(), seconds, device_seconds, error })
@@ -159,13 +164,13 @@ impl Run<'_> {
     }
 
     /// Light that is scattered more than once, by the processor and by what the back end has.
-    fn bakes(&self, plan: &Plan, visit: &mut impl FnMut(Row)) -> Result<()> {
+    fn bakes(&mut self, plan: &Planned, visit: &mut impl FnMut(Row)) -> Result<()> {
         let swept = plan.scattered_field().is_some() && plan.bounces() > 1;
-        for sweeper in [None].into_iter().chain(self.backend.sweeper().map(Some)).filter(|_| swept) {
+        for sweeper in [None].into_iter().chain(self.backend.device().and_then(|device| device.sweeper()).map(Some)).filter(|_| swept) {
             let mut on: Arc<str> = "".into();
             let options = self.bench.options.clone().with_sweeper(sweeper);
             let (seconds, device_seconds) = timed(self.bench.frames.min(BAKES), || {
-                let made = plan.scattered_again(&self.scene, &options, self.control)?;
+                let made = plan.scattered_again(&options, self.control)?;
                 on = made.map_or_else(|| "".into(), |made| made.report.swept_by);
                 Ok(f64::NAN)
             })?;
@@ -178,23 +183,24 @@ impl Run<'_> {
     }
 
     /// Times what an edit of a spectrum uploads, and the depths of a star that has moved, where a device keeps them.
-    fn edits(&mut self, plan: &Plan, visit: &mut impl FnMut(Row)) -> Result<()> {
+    fn edits(&mut self, plan: &Planned, visit: &mut impl FnMut(Row)) -> Result<()> {
         let plan = self.full(plan);
-        let job = Job::planned(&self.scene, self.bench.options, &plan)?;
-        self.backend.prepare(&job, self.control)?;
-        if self.backend.device_seconds().is_none() {
+        let job = Job::from(&plan);
+        let Some(device) = self.backend.device() else { return Ok(()) };
+        device.prepare(&job, self.control)?;
+        if device.fallback().is_some() {
             return Ok(());
         }
         let row = |name: &str, (seconds, device_seconds)| Row { name: name.into(), terms: 0, seconds, device_seconds, error: None };
-        visit(row(
-            "upload after a spectrum edit",
-            timed(self.bench.frames, || self.backend.prepare(&job, self.control).map(|()| f64::NAN))?,
-        ));
+        visit(row("upload after a spectrum edit", timed(self.bench.frames, || device.prepare(&job, self.control).map(|()| f64::NAN))?));
         if let Some(number) = plan.space().marched().first() {
             let place = plan.space().stars[*number];
             let sweep = || {
-                self.backend.warm_up(WARM_UP, self.control)?;
-                clocked(|| self.backend.move_star(*number, place).map(|seconds| seconds.unwrap_or(f64::NAN)))
+                device.warm_up(WARM_UP, self.control)?;
+                clocked(|| {
+                    let is_moved = device.move_star(*number, place)?;
+                    Ok(device.seconds().filter(|_| is_moved).unwrap_or(f64::NAN))
+                })
             };
             visit(row("star depths of one star", medians(self.bench.frames, sweep)?));
         }

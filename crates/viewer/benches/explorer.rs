@@ -12,7 +12,7 @@ use barnard_viewer::document::Document;
 use barnard_viewer::edit::{Edit, place_text, significant};
 use barnard_viewer::engine::Engine;
 use barnard_viewer::flight::Flight;
-use barnard_viewer::order::{Order, Quality, View};
+use barnard_viewer::order::{Order, Refinement, View};
 use barnard_viewer::session::Session;
 use eframe::egui::vec2;
 use egui_kittest::Harness;
@@ -61,7 +61,7 @@ fn order(document: &Document, flight: &Flight) -> Order {
 }
 
 /// Waits for the frame of an order.
-fn wait(engine: &Engine, number: u64) -> Quality {
+fn wait(engine: &Engine, number: u64) -> Refinement {
     loop {
         if let Some(frame) = engine.frames().find(|f| f.number == number) {
             frame.pictures.expect("a picture");

@@ -13,7 +13,7 @@ use barnard::backend::BackendEntry;
 use barnard::control::Control;
 use barnard_gpu::Gpu;
 
-use crate::order::{Order, Quality};
+use crate::order::{Order, Refinement};
 use crate::picture::Picture;
 use crate::studio::Studio;
 
@@ -22,7 +22,7 @@ pub struct Frame {
     /// The number of the order.
     pub number: u64,
     /// The quality that the pictures have reached.
-    pub quality: Quality,
+    pub quality: Refinement,
     /// A picture for each view, or why there is none.
     pub pictures: Result<Vec<Picture>, String>,
 }
@@ -136,9 +136,9 @@ fn work(backend: BackendEntry, shared: &Shared, sender: &Sender<Frame>, wake: &d
         let serve = || studio.serve(&order, &control, &mut |quality, pictures| tell(quality, Ok(pictures)));
         match catch_unwind(AssertUnwindSafe(serve)) {
             Ok(Ok(()) | Err(barnard::Error::Interrupted)) => {}
-            Ok(Err(error)) => tell(Quality::Coarse, Err(error.to_string())),
+            Ok(Err(error)) => tell(Refinement::Coarse, Err(error.to_string())),
             Err(_) => {
-                tell(Quality::Coarse, Err("internal error while rendering; the scene is unchanged".into()));
+                tell(Refinement::Coarse, Err("internal error while rendering; the scene is unchanged".into()));
                 studio = Studio::new(backend, shared.closing.clone());
             }
         }

@@ -60,7 +60,7 @@ impl Export {
         let (sender, result) = channel();
         let (target, stop, repaint) = (path.to_owned(), control.clone(), ctx.clone());
         std::thread::spawn(move || {
-            let work = || barnard::render_with(&scene, &Options::within(memory_limit), &stop)?.save(&target);
+            let work = || barnard::render_with(&scene, &Options::within(memory_limit), &stop)?.save(&target, &scene.save_options());
             // Nobody listens any more where the window is gone.
             let _ = sender.send(work());
             repaint.request_repaint();

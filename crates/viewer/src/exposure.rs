@@ -5,22 +5,22 @@
 use barnard::image::{Display, Image, Level, Tone};
 use spectra::colour::Palette;
 
-/// The factor by which the white that a settled picture asks for may lie from the one that is held, either way: beyond,
+/// The factor by which the white that a settled picture asks for may lie from the one in use, either way: beyond,
 /// the picture would be all black or all white.
 const RANGE: f64 = 10.0;
 
-/// The levels that are held.
+/// Levels of earlier pictures.
 #[derive(Default)]
 pub struct Exposure {
     /// The latest last: who goes back to a palette finds its levels as they were.
-    held: Vec<Held>,
+    tones: Vec<MeasuredTone>,
 }
 
-/// Most levels that are held.
+/// Most levels that are kept.
 const MOST: usize = 16;
 
 /// Levels, and what they were measured for.
-struct Held {
+struct MeasuredTone {
     /// The number of times that they had been asked for anew.
     asked: u64,
     bands: Vec<String>,
@@ -34,18 +34,18 @@ struct Held {
 
 impl Exposure {
     /// The levels of `image` in a scene with `display`, where levels were asked for anew `asked` times: those that are
-    /// held, if they are of the same bands and colours.
+    /// in use, if they are of the same bands and colours.
     pub fn tone(&mut self, asked: u64, display: &Display, image: &Image, settled: bool) -> Tone {
-        let holds = |held: &Held| {
-            let same = held.asked == asked
-                && held.bands.iter().eq(image.bands.iter().map(|b| &b.name))
-                && held.palette == display.palette
-                && held.balance == display.balance;
-            same && (held.settled || !settled) && !(settled && held.is_off(display, image))
+        let holds = |known: &MeasuredTone| {
+            let same = known.asked == asked
+                && known.bands.iter().eq(image.bands.iter().map(|b| &b.name))
+                && known.palette == display.palette
+                && known.balance == display.balance;
+            same && (known.settled || !settled) && !(settled && known.is_off(display, image))
         };
-        let held = match self.held.iter().position(holds) {
-            Some(known) => self.held.remove(known),
-            None => Held {
+        let known = match self.tones.iter().position(holds) {
+            Some(number) => self.tones.remove(number),
+            None => MeasuredTone {
                 asked,
                 bands: image.bands.iter().map(|band| band.name.clone()).collect(),
                 palette: display.palette.clone(),
@@ -59,19 +59,19 @@ impl Exposure {
             Level::Radiance(black) => black,
         };
         let white = match display.white {
-            Level::Auto => held.tone.white.max(black + f64::MIN_POSITIVE),
+            Level::Auto => known.tone.white.max(black + f64::MIN_POSITIVE),
             Level::Radiance(white) => white,
         };
-        let tone = Tone { black, white, stretch: display.stretch, ..held.tone.clone() };
+        let tone = Tone { black, white, stretch: display.stretch, ..known.tone.clone() };
         // What was held of the same colours holds no longer.
-        self.held.retain(|own| !(own.palette == held.palette && own.balance == held.balance && own.bands == held.bands));
-        self.held.push(held);
-        self.held.drain(..self.held.len().saturating_sub(MOST));
+        self.tones.retain(|own| !(own.palette == known.palette && own.balance == known.balance && own.bands == known.bands));
+        self.tones.push(known);
+        self.tones.drain(..self.tones.len().saturating_sub(MOST));
         tone
     }
 }
 
-impl Held {
+impl MeasuredTone {
     /// True if little could be seen of a picture by these levels.
     fn is_off(&self, display: &Display, image: &Image) -> bool {
         let Level::Auto = display.white else { return false };

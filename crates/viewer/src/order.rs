@@ -46,9 +46,9 @@ pub struct Order {
     pub memory_limit: u64,
 }
 
-/// The quality that a picture has reached.
+/// How far a picture is refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Quality {
+pub enum Refinement {
     /// The picture is by a preview of the plan, with fewer pixels than the window has.
     Coarse,
     /// The picture is by a preview of the plan, in all pixels.

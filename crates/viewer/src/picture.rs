@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use barnard::backend::{self, RenderStats};
+use barnard::backend;
 use barnard::camera::Camera;
 use barnard::control::Control;
 use barnard::image::{Display, Glare, Image, PixelScale, Tone};
 use barnard::instrument::{Exposures, Instrument, Kernels};
-use barnard::plan::Plan;
+use barnard::plan::Planned;
 use barnard::points::Sources;
 use barnard::scene::Scene;
 use barnard::{Error, Result};
@@ -25,9 +25,7 @@ pub struct Picture {
     /// The scene it shows, with the camera it was seen by.
     pub scene: Arc<Scene>,
     /// The plan that made it.
-    pub plan: Plan,
-    /// Measurements of the march.
-    pub stats: RenderStats,
+    pub plan: Planned,
     /// The levels and the palette by which it is shown.
     pub tone: Tone,
     /// The colours, height × width.
@@ -132,10 +130,10 @@ impl Histogram {
 
 impl Picture {
     /// The picture of `image`, which `plan` made of `scene`, shown by `tone`.
-    pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Plan, stats: RenderStats, times: Times, backend: String) -> Self {
+    pub fn new(image: Image, scene: Arc<Scene>, tone: Tone, plan: Planned, times: Times, backend: String) -> Self {
         let (colours, sparks, histograms) = (Arc::default(), None, Vec::new());
         let (image, spread, recorded) = (Arc::new(image), None, None);
-        let mut picture = Self { image, plan, stats, tone, colours, sparks, spread, recorded, histograms, times, backend, scene };
+        let mut picture = Self { image, plan, tone, colours, sparks, spread, recorded, histograms, times, backend, scene };
         picture.colour();
         picture
     }
@@ -151,7 +149,7 @@ impl Picture {
     pub fn spread(&mut self) {
         let asked = self.scene.display.glare;
         if asked != self.spread.as_ref().map(|(glare, _)| *glare) {
-            self.spread = asked.map(|glare| (glare, Arc::new(glare.seen(&self.image))));
+            self.spread = asked.map(|glare| (glare, Arc::new(glare.seen(&self.image, self.tone.white))));
             self.colour();
         }
     }

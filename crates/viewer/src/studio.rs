@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use barnard::backend::{self, Backend, BackendEntry, Job, Radiance};
+use barnard::backend::{self, Backend, BackendEntry, Job, Radiance, Renderer};
 use barnard::camera::Camera;
 use barnard::control::Control;
 use barnard::plan::ordinates::Sweeper;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::plates::{Reach, binds_dust};
 use barnard::scene::Scene;
 use barnard::{Error, Plates, Result};
@@ -15,7 +15,7 @@ use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
 use spectra::fingerprint::Fingerprint;
 
 use crate::exposure::Exposure;
-use crate::order::{Order, Quality, View};
+use crate::order::{Order, Refinement, View};
 use crate::picture::{Picture, Times};
 
 /// The time that a picture may take while things move [s].
@@ -45,12 +45,12 @@ const PLATED_STARS: usize = 12;
 /// State of one view between orders.
 #[derive(Default)]
 struct Stand {
-    preview: Option<(Fingerprint, Plan)>,
+    preview: Option<(Fingerprint, Planned)>,
     /// The back ends of previews and of settled pictures: each keeps its own plan on a device.
     quick: Option<Box<dyn Backend>>,
     slow: Option<Box<dyn Backend>>,
     /// The last settled plan, of which the next one takes what still holds.
-    settled: Option<Plan>,
+    settled: Option<Planned>,
     /// The last settled picture light by light, for spectra that change.
     plates: Option<Plates>,
     last: Option<Last>,
@@ -62,7 +62,7 @@ struct Last {
     physics: Fingerprint,
     recorded: bool,
     camera: Camera,
-    quality: Quality,
+    quality: Refinement,
     picture: Picture,
 }
 
@@ -133,7 +133,7 @@ impl Studio {
     ///
     /// # Errors
     /// If a scene cannot be planned, and if `control` stops what is finer than a first look.
-    pub fn serve(&mut self, order: &Order, control: &Control, show: &mut dyn FnMut(Quality, Vec<Picture>)) -> Result<()> {
+    pub fn serve(&mut self, order: &Order, control: &Control, show: &mut dyn FnMut(Refinement, Vec<Picture>)) -> Result<()> {
         let show = &mut |quality, mut pictures: Vec<Picture>| {
             if let ([own, other], true) = (&mut pictures[..], order.difference) {
                 other.colours = Arc::new(own.difference(other));
@@ -150,8 +150,8 @@ impl Studio {
         if reached.is_none()
             && let Some(pictures) = self.exposed(order)?
         {
-            show(Quality::Exposed, pictures);
-            reached = Some(Quality::Exposed);
+            show(Refinement::Exposed, pictures);
+            reached = Some(Refinement::Exposed);
         }
         if reached.is_none() {
             let quality = stage(scale);
@@ -161,13 +161,13 @@ impl Studio {
         if order.moving {
             return Ok(());
         }
-        while reached < Some(Quality::Full) {
+        while reached < Some(Refinement::Full) {
             scale = (scale / FINER).max(1.0);
             let quality = stage(scale);
             show(quality, self.previews(order, scale, control)?);
             reached = Some(quality);
         }
-        if reached < Some(Quality::Settled) {
+        if reached < Some(Refinement::Settled) {
             let mut pictures: Vec<Picture> = Vec::new();
             let mut failure = None;
             for (i, view) in order.views.iter().enumerate() {
@@ -184,11 +184,11 @@ impl Studio {
                     },
                 };
                 if view.recorded {
-                    self.stands[i].keep(view, &order.camera, Quality::Settled, &picture);
+                    self.stands[i].keep(view, &order.camera, Refinement::Settled, &picture);
                 }
                 pictures.push(picture);
             }
-            show(Quality::Settled, pictures);
+            show(Refinement::Settled, pictures);
             if let Some(failure) = failure {
                 return Err(failure);
             }
@@ -207,7 +207,7 @@ impl Studio {
                 },
                 Some(own) => own.clone(),
             };
-            self.stands[i].keep(view, &order.camera, Quality::Exposed, &picture);
+            self.stands[i].keep(view, &order.camera, Refinement::Exposed, &picture);
             pictures.push(picture);
         }
         Ok(Some(pictures))
@@ -225,8 +225,7 @@ impl Studio {
         let plan = stand.previewed(view, &scene, &options, &closing)?.clone();
         let times = Times { march: exposed, plan: start.elapsed().as_secs_f64() - exposed, ..Times::default() };
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
-        let stats = plan.expected();
-        Ok(Some(Picture::new(image, scene, tone, plan, stats, times, "plates".into())))
+        Ok(Some(Picture::new(image, scene, tone, plan, times, "plates".into())))
     }
 
     /// Makes plates of settled views while nothing else is to be done, where there are none that serve.
@@ -259,29 +258,32 @@ impl Studio {
     }
 
     /// Colours the last pictures anew, where they show what is asked for; returns how far they had come.
-    fn shown_again(&mut self, order: &Order, show: &mut dyn FnMut(Quality, Vec<Picture>)) -> Option<Quality> {
+    fn shown_again(&mut self, order: &Order, show: &mut dyn FnMut(Refinement, Vec<Picture>)) -> Option<Refinement> {
         let same = |(stand, view): (&Stand, &View)| {
             let last = stand.last.as_ref().filter(|last| last.is_of(view) && last.camera == order.camera)?;
             Some(last.quality)
         };
-        let qualities: Option<Vec<Quality>> = self.stands.iter().zip(&order.views).map(same).collect();
+        let qualities: Option<Vec<Refinement>> = self.stands.iter().zip(&order.views).map(same).collect();
         let quality = qualities?.into_iter().min()?;
         let (mut first, closing): (Option<Picture>, _) = (None, self.closing.clone());
         let coloured = |(stand, view): (&mut Stand, &View)| {
             let last = stand.last.as_mut()?;
             if let (true, Some(own)) = (view.recorded, &first) {
                 // Noise of other exposures is drawn in no time, and while they are chosen.
-                let picture =
-                    if quality == Quality::Settled { own.recorded(&view.scene, Some(&last.picture), &closing).ok()? } else { own.clone() };
+                let picture = if quality == Refinement::Settled {
+                    own.recorded(&view.scene, Some(&last.picture), &closing).ok()?
+                } else {
+                    own.clone()
+                };
                 last.picture = picture.clone();
                 return Some(picture);
             }
             let display = &view.scene.display;
-            let tone = stand.exposure.tone(order.exposure, display, &last.picture.image, last.quality == Quality::Settled);
+            let tone = stand.exposure.tone(order.exposure, display, &last.picture.image, last.quality == Refinement::Settled);
             last.picture.show(display, tone);
             match last.quality {
-                Quality::Exposed | Quality::Settled if order.moving => {}
-                Quality::Exposed | Quality::Settled => last.picture.spread(),
+                Refinement::Exposed | Refinement::Settled if order.moving => {}
+                Refinement::Exposed | Refinement::Settled => last.picture.spread(),
                 _ => last.picture.spark(&order.camera).ok()?,
             }
             first.get_or_insert_with(|| last.picture.clone());
@@ -318,13 +320,12 @@ impl Studio {
         let plan = stand.previewed(view, &scene, &options, control)?.clone();
         let planned = start.elapsed().as_secs_f64();
         let backend = self.opener.kept(&mut stand.quick, &scene)?;
-        let Rendered { light, seconds, by } = rendered(backend, &Job::planned(&scene, &options, &plan)?, control)?;
+        let Rendered { light, seconds, by } = rendered(backend, &Job::from(&plan), control)?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
-        let stats = light.stats;
-        let image = backend::extended(&scene, &plan, light.samples)?;
+        let image = backend::described(&scene, &plan, light.samples)?;
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
         let asked = pixels(plan.camera());
-        let mut picture = Picture::new(image, scene, tone, plan, stats, times, by);
+        let mut picture = Picture::new(image, scene, tone, plan, times, by);
         picture.spark(&order.camera)?;
         self.fixed = planned + picture.times.stars;
         self.rate = (asked / (picture.times.all() - self.fixed).max(1e-6)).max(1.0);
@@ -338,30 +339,30 @@ impl Studio {
         let options = self.options(order.memory_limit);
         let stand = &mut self.stands[i];
         let start = Instant::now();
-        let plan = Plan::updated(stand.settled.as_ref(), &scene, &options, control)?;
+        let plan = Planner::new(&options).plan(scene.clone(), stand.settled.as_ref(), control)?;
         // What is kept stands beside the next one: no more than a part of the room.
         stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
         let planned = start.elapsed().as_secs_f64();
-        let job = Job::planned(&scene, &options, &plan)?;
+        let job = Job::from(&plan);
         let backend = self.opener.kept(&mut stand.slow, &scene)?;
         let Rendered { light, seconds, by } = rendered(backend, &job, control)?;
         let start = Instant::now();
-        let stats = light.stats;
-        let image = backend.finish(&job, light, control)?;
+        let image = Renderer::new(backend).finish(&job, light, control)?;
         let times = Times { plan: planned, march: seconds, stars: start.elapsed().as_secs_f64(), colours: 0.0 };
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, true);
-        let mut picture = Picture::new(image, scene, tone, plan, stats, times, by);
+        let mut picture = Picture::new(image, scene, tone, plan, times, by);
         picture.spread();
-        stand.keep(view, &order.camera, Quality::Settled, &picture);
+        stand.keep(view, &order.camera, Refinement::Settled, &picture);
         Ok(picture)
     }
 }
 
 impl Stand {
     /// The preview's plan of a view, seen by its scene's camera.
-    fn previewed(&mut self, view: &View, scene: &Scene, options: &Options, control: &Control) -> Result<&Plan> {
+    fn previewed(&mut self, view: &View, scene: &Scene, options: &Options, control: &Control) -> Result<&Planned> {
         if self.preview.as_ref().is_none_or(|(physics, _)| *physics != view.physics) {
-            let plan = Plan::preview(self.preview.as_ref().map(|(_, plan)| plan), scene, options, control)?;
+            let plan =
+                Planner::new(options).with_quality(Quality::Preview).plan(scene, self.preview.as_ref().map(|(_, plan)| plan), control)?;
             self.preview = Some((view.physics, plan));
         }
         let Some((_, plan)) = &mut self.preview else { return Err(Error::Interrupted) };
@@ -369,15 +370,15 @@ impl Stand {
         Ok(plan)
     }
 
-    fn keep(&mut self, view: &View, camera: &Camera, quality: Quality, picture: &Picture) {
+    fn keep(&mut self, view: &View, camera: &Camera, quality: Refinement, picture: &Picture) {
         self.last =
             Some(Last { physics: view.physics, recorded: view.recorded, camera: camera.clone(), quality, picture: picture.clone() });
     }
 }
 
 /// The quality of a quick picture with `scale` times fewer pixels each way.
-fn stage(scale: f64) -> Quality {
-    if scale > 1.0 { Quality::Coarse } else { Quality::Full }
+fn stage(scale: f64) -> Refinement {
+    if scale > 1.0 { Refinement::Coarse } else { Refinement::Full }
 }
 
 fn pixels(camera: &Camera) -> f64 {
@@ -406,13 +407,16 @@ struct Rendered {
 fn rendered(backend: &mut dyn Backend, job: &Job, control: &Control) -> Result<Rendered> {
     let start = Instant::now();
     let light = backend.radiance(job, control)?;
-    let by = backend.instead().map_or_else(|| backend.name(), |why| format!("{}, since {why}", backend.name()));
+    let by = match backend.device().and_then(|device| device.fallback()) {
+        None => backend.name(),
+        Some(why) => format!("{}, since {why}", backend.name()),
+    };
     Ok(Rendered { light, seconds: start.elapsed().as_secs_f64(), by })
 }
 
 #[cfg(test)]
 mod tests {
-    use barnard::backend::cpu;
+    use barnard::backend::{Renderer, cpu};
 
     use super::*;
     use crate::document::Document;
@@ -431,7 +435,7 @@ mod tests {
         }
     }
 
-    fn served(studio: &mut Studio, order: &Order) -> Vec<(Quality, Picture)> {
+    fn served(studio: &mut Studio, order: &Order) -> Vec<(Refinement, Picture)> {
         let mut shown = Vec::new();
         studio
             .serve(order, &Control::default(), &mut |quality, pictures| shown.extend(pictures.into_iter().map(|p| (quality, p))))
@@ -446,12 +450,12 @@ mod tests {
         let order = order(&document, (60, 40), false);
         let shown = served(&mut Studio::new(cpu::ENTRY, Control::default()), &order);
         let (quality, last) = shown.last().unwrap();
-        assert_eq!(*quality, Quality::Settled);
+        assert_eq!(*quality, Refinement::Settled);
         let scene = seen(document.scene(), &order.camera);
-        let plan = Plan::new(&scene, &Options::within(1 << 32), &Control::default()).unwrap();
-        let rendered = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+        let plan = Planner::new(&Options::within(1 << 32)).plan(scene.clone(), None, &Control::default()).unwrap();
+        let rendered = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
         assert!(*last.image == rendered);
-        let (_, full) = shown.iter().rev().find(|(q, _)| *q == Quality::Full).unwrap();
+        let (_, full) = shown.iter().rev().find(|(q, _)| *q == Refinement::Full).unwrap();
         for band in 0..3 {
             let difference = full.image.relative_rmse(band, &rendered, band);
             assert!((1e-6..0.15).contains(&difference), "band {band}: {difference}");
@@ -490,25 +494,25 @@ mod tests {
             document.apply(Edit::set(section, key, value)).unwrap();
             let order = order(&document, (40, 30), true);
             let shown = served(&mut studio, &order);
-            let [(Quality::Exposed, picture)] = &shown[..] else { panic!("{}", shown.len()) };
+            let [(Refinement::Exposed, picture)] = &shown[..] else { panic!("{}", shown.len()) };
             let scene = seen(document.scene(), &order.camera);
-            let plan = Plan::new(&scene, &Options::within(1 << 32), &Control::default()).unwrap();
-            let rendered = cpu::render(&scene, &plan, &Control::default()).unwrap().0;
+            let plan = Planner::new(&Options::within(1 << 32)).plan(scene.clone(), None, &Control::default()).unwrap();
+            let rendered = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
             for band in 0..3 {
                 let difference = picture.image.relative_rmse(band, &rendered, band);
                 assert!((1e-9..2e-3).contains(&difference), "band {band}: {difference}");
             }
         }
         let last = served(&mut studio, &order(&document, (40, 30), false)).pop().unwrap();
-        assert!(last.0 == Quality::Settled);
+        assert!(last.0 == Refinement::Settled);
         document.apply(Edit::set("dust", "scale", "40 /pc")).unwrap();
         let shown = served(&mut studio, &order(&document, (40, 30), true));
-        assert!(shown.iter().all(|(quality, _)| *quality < Quality::Exposed));
+        assert!(shown.iter().all(|(quality, _)| *quality < Refinement::Exposed));
         document.apply(Edit::set("dust", "scale", "4 /pc").and(Edit::set("method", "bounces", 3))).unwrap();
         served(&mut studio, &order(&document, (40, 30), false));
         document.apply(Edit::set("star.0", "temperature", "12000 K")).unwrap();
         let shown = served(&mut studio, &order(&document, (40, 30), true));
-        assert!(shown.len() == 1 && shown[0].0 == Quality::Exposed);
+        assert!(shown.len() == 1 && shown[0].0 == Refinement::Exposed);
     }
 
     /// Recorded data accompany their picture; another exposure records it anew, and marches nothing.
@@ -525,7 +529,7 @@ mod tests {
         };
         let mut last = |document: &Document| {
             let shown = served(&mut studio, &recorded(document));
-            let mut settled = shown.into_iter().filter(|(quality, _)| *quality == Quality::Settled).map(|(_, picture)| picture);
+            let mut settled = shown.into_iter().filter(|(quality, _)| *quality == Refinement::Settled).map(|(_, picture)| picture);
             let pair = (settled.next().unwrap(), settled.next().unwrap());
             assert!(settled.next().is_none());
             pair
@@ -549,7 +553,7 @@ mod tests {
         let mut shown = Vec::new();
         let failed =
             studio.serve(&recorded(&document), &Control::default(), &mut |quality, pictures| shown.push((quality, pictures.len())));
-        assert!(failed.unwrap_err().to_string().contains("perspective") && shown.last() == Some(&(Quality::Settled, 2)));
+        assert!(failed.unwrap_err().to_string().contains("perspective") && shown.last() == Some(&(Refinement::Settled, 2)));
     }
 
     /// A device of software or a real one, and how to take it away.

@@ -2,13 +2,13 @@
 
 use std::time::Instant;
 
-use crate::order::Quality;
+use crate::order::Refinement;
 
 /// State of the window in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
     /// The number of the order whose picture is shown, and its quality, where there is one.
-    pub shown: Option<(u64, Quality)>,
+    pub shown: Option<(u64, Refinement)>,
     /// The pixels of the picture, width and height.
     pub size: (usize, usize),
     /// True if something moves.
@@ -102,20 +102,20 @@ mod tests {
         for i in 0..21u64 {
             // Two frames for each picture.
             let now = 0.05 * i as f64;
-            assert_eq!(timings.frame(now, look(i / 2, Quality::Coarse, true, false, now)), None);
+            assert_eq!(timings.frame(now, look(i / 2, Refinement::Coarse, true, false, now)), None);
         }
-        let rest = timings.frame(1.15, look(10, Quality::Coarse, false, false, 1.0)).unwrap();
+        let rest = timings.frame(1.15, look(10, Refinement::Coarse, false, false, 1.0)).unwrap();
         assert_eq!(rest, "11 previews, 10.0 times a second, 100 ms apart at most");
-        assert_eq!(timings.frame(1.35, look(10, Quality::Full, false, false, 1.0)), None);
-        assert_eq!(timings.frame(1.45, look(10, Quality::Full, false, false, 1.0)), None);
-        let settled = timings.frame(1.75, look(10, Quality::Settled, false, true, 1.0)).unwrap();
+        assert_eq!(timings.frame(1.35, look(10, Refinement::Full, false, false, 1.0)), None);
+        assert_eq!(timings.frame(1.45, look(10, Refinement::Full, false, false, 1.0)), None);
+        let settled = timings.frame(1.75, look(10, Refinement::Settled, false, true, 1.0)).unwrap();
         assert_eq!(settled, "settled 740 x 810 0.75 s after the last change, the window drawn 5.0 times a second, 300 ms apart at most");
-        assert_eq!(timings.frame(2.0, look(10, Quality::Settled, false, true, 1.0)), None);
-        assert_eq!(timings.frame(9.0, look(10, Quality::Settled, false, true, 1.0)), None);
+        assert_eq!(timings.frame(2.0, look(10, Refinement::Settled, false, true, 1.0)), None);
+        assert_eq!(timings.frame(9.0, look(10, Refinement::Settled, false, true, 1.0)), None);
         let mut timings = Timings::since(Instant::now());
-        assert_eq!(timings.frame(0.0, Look { shown: None, ..look(0, Quality::Coarse, true, false, 0.0) }), None);
-        let first = timings.frame(0.1, look(1, Quality::Coarse, true, false, 0.1)).unwrap();
+        assert_eq!(timings.frame(0.0, Look { shown: None, ..look(0, Refinement::Coarse, true, false, 0.0) }), None);
+        let first = timings.frame(0.1, look(1, Refinement::Coarse, true, false, 0.1)).unwrap();
         assert!(first.starts_with("first picture 0.0") && first.ends_with(" s after the start"), "{first}");
-        assert_eq!(timings.frame(0.2, look(2, Quality::Coarse, true, false, 0.2)), None);
+        assert_eq!(timings.frame(0.2, look(2, Refinement::Coarse, true, false, 0.2)), None);
     }
 }

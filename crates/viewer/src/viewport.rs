@@ -10,7 +10,7 @@ use crate::comparison::{Arrangement, With};
 use crate::edit::{Edit, place_text};
 use crate::editor::Edits;
 use crate::order::AMPLIFIED;
-use crate::order::Quality;
+use crate::order::Refinement;
 
 /// Most pixels along an edge of a picture in the window.
 const MAX: f32 = 4096.0;
@@ -329,7 +329,7 @@ fn labels(ui: &Ui, app: &App, rect: Rect) {
     let below = pos2(rect.left() + 8.0, rect.bottom() - 8.0);
     match &app.shown {
         None => write(rect.center(), Align2::CENTER_CENTER, "planning …"),
-        Some(shown) if shown.quality < Quality::Exposed => write(below, Align2::LEFT_BOTTOM, "refining …"),
+        Some(shown) if shown.quality < Refinement::Exposed => write(below, Align2::LEFT_BOTTOM, "refining …"),
         Some(_) => {}
     }
     let names = |i: usize| {

@@ -5,7 +5,7 @@ use spectra::sed::{MagnitudeSystem, zero_point};
 
 use crate::camera::panorama::Layout;
 use crate::camera::{Camera, Projection};
-use crate::image::{Band, Image, Samples};
+use crate::image::{Band, Image, Plane, Report, Samples};
 use crate::keywords::{Keyword, integer, number, text};
 use crate::points;
 use crate::scene::Scene;
@@ -14,11 +14,11 @@ use crate::scene::Scene;
 pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
     let band = |b: &spectra::passband::Passband| Band {
         name: b.name().to_owned(),
+        plane: Plane::Radiance,
         pivot_um: Some(b.pivot().0),
         counting: Some(b.counting().name()),
         width_um: Some(b.integrate(|_| 1.0)),
         in_unit: scene.in_unit(b, camera).ok().flatten(),
-        certificate: Vec::new(),
         keywords: of_passband(b),
     };
     let mut notes = vec![
@@ -47,10 +47,9 @@ pub fn describe(scene: &Scene, camera: &Camera, samples: Samples) -> Image {
         points: Vec::new(),
         moment: None,
         observation: scene.observation,
+        report: Report::default(),
         notes,
-        display: scene.display.clone(),
         layers: Vec::new(),
-        output: scene.output,
         keywords: of_scene(scene, camera),
     }
 }

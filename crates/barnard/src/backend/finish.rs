@@ -1,50 +1,55 @@
-//! Conversion of marched light to a picture.
+//! Conversion of light to images: stars are drawn, errors and origin stated.
 
-use super::{Radiance, describe};
+use super::{Radiance, describe, reference};
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
-use crate::image::{Image, PointSource, Samples};
-use crate::keywords;
+use crate::image::{Band, Image, PointSource, Report, Samples};
 use crate::plan::Plan;
 use crate::points::{self, Sources};
 use crate::scene::Scene;
 
-/// A picture of the extended light in `radiance`: stars are drawn, errors and origin are told.
+/// An image of the extended light in `radiance` with the stars of a plan.
 ///
 /// # Errors
-/// If values are no numbers, or the star field has too many stars, and on interruption by the user.
-pub fn finished(scene: &Scene, plan: &Plan, mut radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
+/// Radiances that are not finite, a star field with too many stars, and interruption by the user.
+pub(super) fn finished(scene: &Scene, plan: &Plan, mut radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
     let points = draw(plan.sources, scene, plan, control, |i, value| radiance.samples.add(i, value))?;
-    Ok(Image { points, ..told(scene, plan, radiance, backend)? })
+    Ok(Image { points, ..stated(scene, plan, radiance, backend)? })
 }
 
-/// A picture of all light: errors and origin are told.
+/// An image of all light, with the errors that a plan states.
 ///
 /// # Errors
-/// If values are no numbers.
-pub(super) fn told(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -> Result<Image> {
-    let Radiance { samples, stats } = radiance;
-    let mut image = describe(scene, &plan.camera, samples);
-    image.check()?;
-    for (b, band) in image.bands.iter_mut().enumerate() {
-        band.certificate = plan.certificate(b, &stats);
-        band.keywords.extend(plan.band_keywords(b, &stats));
-    }
-    image.keywords.push(keywords::text("BACKEND", backend, "device of the ray march"));
-    image.keywords.extend(plan.keywords(&stats));
-    image.notes.push(("backend".into(), backend.into()));
-    image.notes.push(("method".into(), plan.spectral.method.into()));
-    image.notes.extend(plan.notes());
-    image.notes.extend(stats.negative_note());
+/// Radiances that are not finite.
+pub(super) fn stated(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -> Result<Image> {
+    let mut image = described(scene, plan, radiance.samples)?;
+    image.report = plan.report(backend, &radiance.stats);
+    image.report.notes.extend(radiance.report.notes);
     Ok(image)
 }
 
-/// A picture of the extended light alone, bands × height × width [W m⁻² sr⁻¹], for a look that passes by.
+/// An image of the extended light in `radiance` with the stars of the scene behind exact depths, of `accuracy`.
 ///
 /// # Errors
-/// If values are no numbers.
-pub fn extended(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
+/// A star field with too many stars, and interruption by the user.
+pub(super) fn drawn_exactly(scene: &Scene, accuracy: f64, radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
+    let Radiance { mut samples, errors, report, .. } = radiance;
+    let points = reference::draw_points(scene, accuracy, control, |i, value| samples.add(i, value))?;
+    let mut image = describe(scene, &scene.camera, samples);
+    if let Some(errors) = errors {
+        image.samples.append(errors);
+        let bands: Vec<Band> = image.bands.iter().map(|band| Band { keywords: Vec::new(), ..band.of_errors() }).collect();
+        image.bands.extend(bands);
+    }
+    Ok(Image { points, report: Report { backend: Some(backend.to_owned()), ..report }, ..image })
+}
+
+/// An image of the extended light alone, bands × height × width [W m⁻² sr⁻¹], of which nothing is stated.
+///
+/// # Errors
+/// Radiances that are not finite.
+pub fn described(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
     let image = describe(scene, &plan.camera, samples);
     image.check()?;
     Ok(image)

@@ -14,7 +14,7 @@ use crate::volume::{Values, Volume, stored};
 use super::lane::{LANES, Lane, fma, lanes};
 use super::quads::{four, lerp};
 use super::shared_cells;
-use super::track::{CellsHeld, Track};
+use super::track::{CellWindow, Track};
 
 /// A volume along a packet's rays.
 pub struct Cursor<'a> {
@@ -46,7 +46,7 @@ impl<'a> Cursor<'a> {
             None => Track::new(&volume.lattice, DVec3::splat(0.5), rays, start),
             Some(part) => {
                 let whole = part.whole.dims.map(|n| n - 1);
-                Track::new(&part.whole, DVec3::splat(0.5), rays, start).within(Some(CellsHeld { whole, first: part.first }))
+                Track::new(&part.whole, DVec3::splat(0.5), rays, start).within(Some(CellWindow { whole, first: part.first }))
             }
         };
         let middle = lanes!(|lane| (0.5 * (end[lane] - start[lane])) as f32);

@@ -10,13 +10,13 @@ use crate::geometry::Ray;
 pub struct Track {
     origin: [Lane; 3],
     slope: [Lane; 3],
-    part: Option<CellsHeld>,
+    part: Option<CellWindow>,
 }
 
 /// The cells of a lattice that are held, where not all are: places are those in the whole, so that a place has the same
 /// numbers in any part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CellsHeld {
+pub struct CellWindow {
     /// Cells of the whole along each axis.
     pub whole: [usize; 3],
     /// The first that is held.
@@ -41,7 +41,7 @@ impl Track {
     }
 
     /// Copy of the track where only some cells are held: cells are counted from the first of these.
-    pub fn within(self, part: Option<CellsHeld>) -> Self {
+    pub fn within(self, part: Option<CellWindow>) -> Self {
         Self { part, ..self }
     }
 

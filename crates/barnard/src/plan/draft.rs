@@ -1,17 +1,17 @@
-//! A plan on its way: what is decided of it before its fields of light are made, and what those are made from.
+//! A plan on its way: what places and spectra decide, from which fields of light are made.
 
 use std::sync::Arc;
 
+use super::{Options, SpatialPlan, SpectralPlan};
 use crate::detail::{FineDetail, Roughness};
 use crate::light::Light;
-use crate::plan::{Settings, SpatialPlan, SpectralPlan};
 use crate::scene::Scene;
 
-/// A scene, the settings in force, and what places and spectra have decided.
+/// A scene with the method in force, and what places and spectra have decided.
 #[derive(Debug, Clone)]
 pub(crate) struct Draft<'a> {
     pub scene: &'a Scene,
-    pub settings: &'a Settings,
+    pub options: &'a Options,
     /// The lights, in the order of all tables.
     pub lights: Arc<Vec<Light>>,
     /// Spatial part of the plan.

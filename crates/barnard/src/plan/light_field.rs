@@ -48,7 +48,7 @@ pub struct LightField {
 impl LightField {
     /// The light of all stars of a draft; none where there is no dust, or none of them shines through a band.
     pub(crate) fn new(draft: &Draft, control: &Control) -> Result<Option<Self>> {
-        let Draft { scene, settings, lights, space, spectral, .. } = draft;
+        let Draft { scene, options, lights, space, spectral, .. } = draft;
         let Some(dust) = &space.dust else { return Ok(None) };
         let scattered = lights.iter().enumerate().filter_map(|(i, l)| match l.route {
             Route::Scattered { star } => Some((i, star)),
@@ -60,7 +60,7 @@ impl LightField {
             _ => None,
         });
         let Some(projection) = projections.max_by_key(|p| p.basis.size()).filter(|_| !stars.is_empty()) else { return Ok(None) };
-        let rule = &settings.method.settings;
+        let rule = &scene.method.settings;
         if rule.criterion == Criterion::Filter && scene.bands.len() > 1 {
             let message = "method \"propagation\" uses one basis for all passbands, but criterion = \"filter\" one per passband; use \"mean\" or \"largest\", or a single passband";
             return Err(Error::Method(message.into()));
@@ -81,7 +81,7 @@ impl LightField {
         let resolution = scene.bands.iter().map(resolution).collect();
         let voxels = Volume::zeroed(dust.lattice(), Vec::new()).lattice.cells() as u64;
         let bytes = space.bytes() + 4 * voxels * propagation.channels() as u64;
-        memory::check("star depths and the light field of propagation", bytes, settings.memory_limit)?;
+        memory::check("star depths and the light field of propagation", bytes, options.memory_limit)?;
         let volumes = deposited(&propagation, space, &stars, dust.lattice(), control)?;
         let isotropic_instead = spectral.phase.is_some();
         let depth = spectral.depth;

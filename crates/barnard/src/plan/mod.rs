@@ -3,80 +3,52 @@
 //! [`SpatialPlan`] holds what the places of things decide (density, star depths, empty space, step), [`SpectralPlan`]
 //! what spectra decide (nodes, weights, phase tables). A changed spectrum keeps the space, a changed camera keeps both.
 
-mod build;
+mod choices;
 mod draft;
-mod held;
 mod inverse_square;
 mod light_field;
 pub mod many_lights;
 mod multiple_scattering;
 pub mod near;
+mod options;
 mod pilots;
+mod planned;
+mod planner;
 mod probe;
 mod report;
 pub mod segment;
-mod settings;
 mod spatial;
-mod spatial_error;
 mod spectral;
 pub mod star_depths;
-mod stepping;
 
 use std::sync::Arc;
 
-pub use build::{PREVIEW_VOXELS, TALK_STEPS};
-pub use held::Choices;
+pub use choices::Choices;
 pub use light_field::LightField;
 pub use many_lights::ManyLights;
-pub use multiple_scattering::{ErrorEstimate, FarFieldReport, Fineness, MultipleScattering, ordinates};
+pub use multiple_scattering::{FarFieldReport, Fineness, MultipleScattering, ordinates};
+pub use options::Options;
+pub use planned::Planned;
+pub use planner::{PREVIEW_VOXELS, Planner, Quality, TALK_STEPS};
 pub use probe::Probe;
 pub use report::{HALF, SINGLE};
-pub(crate) use report::{in_keywords, in_words};
-pub use settings::Options;
-pub(crate) use settings::Settings;
 pub(crate) use spatial::sampled_densities;
 pub use spatial::{BrickFields, SpatialPlan, densities, sample_functions};
-pub use spatial_error::{Spatial, Unresolved};
 pub use spectral::closed_form::{ClosedForm, End, Extent};
 pub(crate) use spectral::source;
 pub use spectral::weights::{Emitter, Scatterer, Weights, weights as weights_of};
 pub use spectral::{BandPlan, PHASE_RANGE, PhaseEntry, PhaseTable, RuleTarget, SpectralPlan};
-pub use stepping::Stepping;
 
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::detail::FineDetail;
 use crate::error::Result;
+pub use crate::image::Stepping;
 use crate::light::{Light, Part};
 use crate::points::Sources;
-use crate::scene::Parts;
 use crate::volume::Volume;
 
 /// Precomputed data of a scene for the fast back ends; copies share all large parts.
-///
-/// # Examples
-/// One plan renders several cameras:
-///
-/// ```
-/// use barnard::backend::cpu;
-/// use barnard::field::Fbm;
-/// use barnard::prelude::*;
-///
-/// let camera = |x: f64| Camera::look_at(dvec3(x, 0.0, 5.0), DVec3::ZERO).size(8, 8);
-/// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0));
-/// let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
-/// let mut scene = Scene::new(camera(0.0)).bands(passband::set("johnson")?).dust(dust).star(star);
-/// # barnard::plan::sample_functions(&mut scene, &Options::default())?;
-/// let control = Control::default();
-/// let mut plan = Plan::new(&scene, &Options::default(), &control)?;
-/// for x in [0.0, 1.0] {
-///     scene.camera = camera(x);
-///     plan.look_from(scene.camera.clone(), &control)?;
-///     let (image, stats) = cpu::render(&scene, &plan, &control)?;
-///     println!("{}; brightest {:e}", plan.error_summary(&stats), image.band(0).fold(0.0, f64::max));
-/// }
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// The camera that turns pixels into rays.
@@ -105,8 +77,6 @@ pub struct Plan {
     pub(crate) sources: Sources,
     /// For each light whether it shines; none where all do.
     pub(crate) shining: Option<Arc<[bool]>>,
-    /// Fingerprints of the scene that it was made of.
-    pub(crate) parts: Parts,
 }
 
 /// Samples between looks at whether a ray can end.
@@ -198,7 +168,7 @@ impl Plan {
 
     /// Copy of the plan of which only some parts of the light shine.
     #[must_use]
-    pub fn only(&self, shines: impl Fn(Part) -> bool) -> Self {
+    pub(crate) fn only(&self, shines: impl Fn(Part) -> bool) -> Self {
         let every = |light: &Light| shines(light.route.part());
         let mut plan = Self { shining: Some(self.lights.iter().map(every).collect()), ..self.clone() };
         if !shines(Part::Scattered) {
@@ -212,52 +182,11 @@ impl Plan {
         self.shining.as_ref().is_none_or(|shining| shining[light])
     }
 
-    /// Copy of the plan with other steps along a ray; what pilots measured is of the steps before.
-    #[must_use]
-    pub fn with_stepping(self, stepping: Stepping) -> Self {
-        Self { stepping, ..self }
-    }
-
-    /// Copy of the plan with another image size and the same camera position.
-    #[must_use]
-    pub fn with_size(self, width: usize, height: usize) -> Self {
-        Self { camera: self.camera.size(width, height), ..self }
-    }
-
-    /// Copy of the plan with `rays` × `rays` rays per pixel.
-    #[must_use]
-    pub fn with_supersampling(self, rays: usize) -> Self {
-        Self { camera: self.camera.supersampling(rays), ..self }
-    }
-
-    /// Copy of the plan without the field that is marched beside starlight that scatters once: light of more scatterings,
-    /// and that of many stars together from afar.
-    #[must_use]
-    pub fn without_scattered_field(self) -> Self {
-        Self { scattered_field: None, ..self }
-    }
-
-    /// Copy of the plan without what many stars send to the dust near them, which is marched star by star.
-    #[must_use]
-    pub fn without_near_field(mut self) -> Self {
-        if let Some(scattered_field) = &mut self.scattered_field {
-            Arc::make_mut(scattered_field).report.far_field = None;
-        }
-        self
-    }
-
-    /// Copy of the plan with the depths and densities of another: for tests of back ends that sweep depths themselves.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn with_space(self, space: Arc<SpatialPlan>) -> Self {
-        Self { parts: self.parts.with_stars(&space.stars), space, ..self }
-    }
-
     /// Looks from elsewhere; all that space and spectra decide stays.
     ///
     /// # Errors
     /// Errors of [`Camera::check`], and on interruption by the user; the plan is as before then.
-    pub fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
+    pub(crate) fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
         camera.check()?;
         if let Some(scattered_field) = &self.scattered_field {
             self.scattered_field = Some(scattered_field.seen_by(&camera, control)?);
@@ -272,10 +201,8 @@ impl Plan {
     /// # Errors
     /// If there is no such star, a light field stands in place of its depths, or on interruption by the user; the plan
     /// is as before then.
-    pub fn move_star(&mut self, star: usize, place: glam::DVec3, control: &Control) -> Result<()> {
-        Arc::make_mut(&mut self.space).move_star(star, place, control)?;
-        self.parts = self.parts.with_stars(&self.space.stars);
-        Ok(())
+    pub(crate) fn move_star(&mut self, star: usize, place: glam::DVec3, control: &Control) -> Result<()> {
+        Arc::make_mut(&mut self.space).move_star(star, place, control)
     }
 
     /// All volumes that the march reads.

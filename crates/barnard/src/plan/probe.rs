@@ -89,8 +89,6 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::backend::reference;
     use crate::control::Control;
     use glam::DVec3;
     use spectra::sed::PowerLaw;
@@ -98,7 +96,7 @@ mod tests {
     use spectra::units::Wavelength;
 
     use crate::fixtures::{ball, dust, on_axis, scene, star};
-    use crate::plan::Options;
+    use crate::plan::{Options, Planner};
     use crate::scene::{Background, Emission};
 
     /// A power law of the wavelength, of so much at 550 nm.
@@ -120,8 +118,8 @@ mod tests {
             .background(Background::even(power_law(-2.0, 1e-7)));
         let options = Options::default();
         crate::plan::sample_functions(&mut scene, &options).unwrap();
-        let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
-        let truth = reference::render(&scene, 1e-5, &Control::default()).unwrap().at(0, 0, 0);
+        let plan = Planner::new(&options).plan(&scene, None, &Control::default()).unwrap();
+        let truth = crate::render_reference(&scene, 1e-5, &Control::default()).unwrap().at(0, 0, 0);
         let band = &scene.bands[0];
         let (low, high) = band.support_um();
         let count = 2000;

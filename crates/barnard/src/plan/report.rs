@@ -1,11 +1,11 @@
-//! Report of a plan: certificates with what arithmetic adds, the spatial error, words and keywords.
+//! Report of a plan: certificates with the errors of arithmetic, and notes.
 
 use spectra::rule::{Certificate, Rounding};
 
 use crate::blocks::Storage;
-use crate::keywords::{self, Keyword};
+use crate::image::{BandCertificates, DetailReport, Report};
 use crate::light::Route;
-use crate::plan::{END_SHARE, Plan, Spatial, Unresolved};
+use crate::plan::{END_SHARE, Plan};
 use crate::stats::RenderStats;
 use crate::stored::Precision;
 
@@ -56,35 +56,6 @@ impl Plan {
         }
     }
 
-    /// The certificate of a passband in words, a line for each light, for what a march found.
-    pub fn certificate(&self, band: usize, stats: &RenderStats) -> Vec<String> {
-        self.certificates(band, stats).iter().map(|(light, c)| format!("{}: {}", self.lights[*light].name, in_words(c))).collect()
-    }
-
-    /// Relative errors in one line: the largest spectral error relative to the unattenuated light, the measured spatial error (rms),
-    /// and the estimated error of multiple scattering relative to that light.
-    pub fn error_summary(&self, stats: &RenderStats) -> String {
-        let certificates = (0..self.spectral.bands.len()).flat_map(|band| self.certificates(band, stats));
-        let spectral = certificates.map(|(_, certificate)| certificate.absolute).fold(0.0, f64::max);
-        let spatial = self.space.spatial.map(|spatial| format!(", spatial {:.0e}", spatial.error));
-        let estimate = self.scattered_field.as_ref().and_then(|field| field.report.error_estimate);
-        let scattering = estimate.map(|error| format!(", multiple scattering {:.0e}", error.spatial.hypot(error.angular)));
-        format!("spectral {spectral:.0e}{}{}", spatial.unwrap_or_default(), scattering.unwrap_or_default())
-    }
-
-    /// The certificate of the light that a passband's rule serves worst, in words.
-    pub fn worst_certificate(&self, band: usize, stats: &RenderStats) -> String {
-        let certificates = self.certificates(band, stats);
-        let Some((light, worst)) = certificates.iter().max_by(|a, b| a.1.absolute.total_cmp(&b.1.absolute)) else {
-            return "no light in this band".into();
-        };
-        let others = match certificates.len() {
-            1 => String::new(),
-            count => format!(", worst of {count} lights ({})", self.lights[*light].name),
-        };
-        in_words(worst) + &others
-    }
-
     /// Certificates of the lights that shine in a passband, by their numbers, arithmetic included.
     pub fn certificates(&self, band: usize, stats: &RenderStats) -> Vec<(usize, Certificate)> {
         let (sources, depth) = (&self.spectral.bands[band].sources, stats.depth);
@@ -101,14 +72,47 @@ impl Plan {
         certificates.into_iter().enumerate().filter(shining).map(rounded).collect()
     }
 
-    /// True if pilot rays or sampled stars found a larger error than requested.
-    pub fn misses_accuracy(&self) -> bool {
-        let worst = |s: Spatial| s.unresolved.map_or(s.error, |stars| stars.error.max(s.error));
-        self.space.spatial.is_some_and(|s| worst(s) > self.spectral.accuracy)
+    /// The report of an image with these measurements, made by a back end.
+    pub fn report(&self, backend: &str, stats: &RenderStats) -> Report {
+        let detail = self.detail.as_ref().filter(|detail| !detail.octaves.is_empty());
+        let detail = detail.map(|detail| DetailReport {
+            octaves: detail.octaves.len(),
+            deviation: detail.roughness.iter().map(|of| of.deviation).fold(0.0, f64::max),
+        });
+        let certificates = self.spectral.bands.iter().enumerate().map(|(number, band)| {
+            let named = |(light, certificate): (usize, Certificate)| (self.lights[light].name.clone(), certificate);
+            let lights = self.certificates(number, stats).into_iter().map(named).collect();
+            BandCertificates { band: band.band.name().to_owned(), lights }
+        });
+        Report {
+            backend: Some(backend.to_owned()),
+            method: Some(self.spectral.method.to_owned()),
+            bounces: Some(self.bounces),
+            steps: Some(self.stepping),
+            accuracy: Some(self.spectral.accuracy),
+            depth: Some(stats.depth).filter(|depth| depth.is_finite()),
+            detail,
+            spatial: self.space.spatial,
+            scattering: self.scattered_field.as_ref().and_then(|field| field.report.error_estimate),
+            paths: None,
+            certificates: certificates.collect(),
+            negative: stats.negative,
+            notes: self.notes(),
+        }
     }
 
-    /// Notes on the picture beside the certificates, each with what it is about.
-    pub fn notes(&self) -> Vec<(String, String)> {
+    /// The report of an image that is not rendered yet, with the depths that are expected.
+    pub fn expected_report(&self) -> Report {
+        self.report("", &self.expected())
+    }
+
+    /// Statements about volumes and fields of light, each with its topic.
+    fn notes(&self) -> Vec<(String, String)> {
+        let light = match &self.light_field {
+            None => format!("{} per voxel", self.space.star_factor),
+            Some(field) => format!("a light field of {} numbers per voxel", field.propagation.channels()),
+        };
+        let light = self.space.spatial.map(|_| ("star depths".into(), light));
         let isotropic = self.light_field.as_ref().filter(|f| f.isotropic_instead);
         let isotropic = isotropic.map(|_| ("phase function".into(), "ignored by this method, whose scattering is isotropic".into()));
         let far_field = self.scattered_field.iter().filter_map(|f| f.report.far_field).map(|f| ("aggregated stars".into(), f.to_string()));
@@ -123,7 +127,7 @@ impl Plan {
         let scattered_field =
             self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("multiple scattering".into(), f.report.to_string()));
         let detail = self.detail.iter().filter(|detail| !detail.octaves.is_empty()).map(|detail| ("detail".into(), detail.in_words()));
-        self.spatial_note()
+        light
             .into_iter()
             .chain(detail)
             .chain(volumes)
@@ -151,80 +155,4 @@ impl Plan {
         );
         Some(("polynomial fits".into(), words))
     }
-
-    /// The spatial error in words.
-    fn spatial_note(&self) -> Option<(String, String)> {
-        let s = self.space.spatial?;
-        let words = format!(
-            "measured {:.1e} (relative rms of the worst band over {} pilot rays, {}, {})",
-            s.error,
-            s.rays,
-            s.stepping,
-            match &self.light_field {
-                None => format!("star depths of {} per voxel", self.space.star_factor),
-                Some(field) => format!("a light field of {} numbers per voxel", field.propagation.channels()),
-            }
-        );
-        let words = match s.sampling {
-            Some((error, edge)) => format!("{words}; function samples, {edge} per edge: {error:.1e}"),
-            None => words,
-        };
-        let words = match s.unresolved {
-            Some(Unresolved { error, stars }) => {
-                format!("{words}; stars seen through it {error:.1e} (rms of {stars}, from the samples of dust)")
-            }
-            None => words,
-        };
-        let asked = self.spectral.accuracy;
-        let words = if self.misses_accuracy() { format!("{words}: more than the requested {asked:.1e}") } else { words };
-        Some(("spatial error".into(), words))
-    }
-
-    /// Keywords of the picture: method, steps and errors as numbers.
-    pub fn keywords(&self, stats: &RenderStats) -> Vec<Keyword> {
-        let mut keywords = vec![
-            keywords::text("METHOD", self.spectral.method, "method of spectral integrals"),
-            keywords::integer("BOUNCES", self.bounces, "largest number of scatterings"),
-            keywords::text("STEPS", self.stepping.to_string(), "distance of samples"),
-        ];
-        keywords.extend(keywords::number("ACCURACY", self.spectral.accuracy, "asked for"));
-        keywords.extend(keywords::number("TAUMAX", stats.depth, "largest optical depth at V"));
-        if let Some(detail) = self.detail.as_ref().filter(|detail| !detail.octaves.is_empty()) {
-            keywords.push(keywords::integer("DETAIL", detail.octaves.len(), "octaves of noise below the voxels"));
-            let deepest = detail.roughness.iter().map(|of| of.deviation).fold(0.0, f64::max);
-            keywords.extend(keywords::number("DETAILSD", deepest, "largest deviation of ln density, at two voxels"));
-        }
-        if let Some(spatial) = self.space.spatial {
-            keywords.extend(keywords::number("SPATERR", spatial.error, "spatial error, relative rms, measured"));
-            keywords.push(keywords::integer("SPATRAYS", spatial.rays, "number of pilot rays"));
-            if let Some((error, edge)) = spatial.sampling {
-                keywords.extend(keywords::number("SAMPERR", error, "error of function samples"));
-                keywords.push(keywords::integer("BAKE", edge, "voxels per edge of function samples"));
-            }
-            if let Some(Unresolved { error, stars }) = spatial.unresolved {
-                keywords.extend(keywords::number("STARERR", error, "relative rms of stars seen through samples of dust"));
-                keywords.push(keywords::integer("STARSERR", stars, "number of these stars"));
-            }
-        }
-        keywords
-    }
-
-    /// The spectral error of a band's worst light in keywords.
-    pub fn band_keywords(&self, band: usize, stats: &RenderStats) -> Vec<Keyword> {
-        in_keywords(self.certificates(band, stats).into_iter().map(|(_, certificate)| certificate))
-    }
-}
-
-/// The worst of certificates in keywords.
-pub(crate) fn in_keywords(certificates: impl Iterator<Item = Certificate>) -> Vec<Keyword> {
-    let errors = certificates.reduce(Certificate::or_worse).into_iter().flat_map(|c| {
-        let absolute = keywords::number("SPECERR", c.absolute, "largest spectral error relative to F(0)");
-        absolute.into_iter().chain(keywords::number("SPECREL", c.relative, "relative to F(a), the attenuated light"))
-    });
-    errors.collect()
-}
-
-/// A certificate in words.
-pub(crate) fn in_words(c: &Certificate) -> String {
-    format!("spectral error at most {:.1e} of F(0), {:.1e} of F(a), for depths up to {:.3}", c.absolute, c.relative, c.depth)
 }

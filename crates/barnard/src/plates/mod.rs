@@ -21,7 +21,7 @@ mod reach;
 use std::sync::Arc;
 
 use spectra::components::Components;
-use spectra::rule::{CommonNodes, Node, Rounding, Source};
+use spectra::rule::{Certificate, CommonNodes, Node, Rounding, Source};
 
 pub use self::geometry::{Geometry, Trait, binds_dust};
 use self::march::Work;
@@ -32,11 +32,10 @@ use crate::backend::{describe, end_of_space};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
-use crate::image::{Image, LayerChoice, PointSource, Samples};
-use crate::keywords;
+use crate::image::{BandCertificates, Image, PointSource, Report, Samples};
 use crate::light::{Light, Route, law, lights};
 use crate::phase::Phase;
-use crate::plan::{Choices, Options, Plan, in_keywords, in_words, source};
+use crate::plan::{Choices, Options, Planned, Planner, Quality, source};
 use crate::points::{Sources, points};
 use crate::scene::Scene;
 
@@ -142,9 +141,9 @@ impl Plates {
     /// Plates of `scene` that reach as far as is said. What holds of `before`, a plan of the same scene, is taken from it.
     ///
     /// # Errors
-    /// Errors of [`Plan::new`]; an empty range, or one beyond the extinction law; too many stars; other amounts of dust requested with
+    /// Errors of [`Planner::plan`]; an empty range, or one beyond the extinction law; too many stars; other amounts of dust requested with
     /// multiple scattering or a phase function that depends on wavelength.
-    pub fn new(scene: &Scene, reach: Reach, before: Option<&Plan>, options: &Options, control: &Control) -> Result<Self> {
+    pub fn new(scene: &Scene, reach: Reach, before: Option<&Planned>, options: &Options, control: &Control) -> Result<Self> {
         Ok(Self::held(scene, reach, before, None, options, control)?.0)
     }
 
@@ -155,20 +154,18 @@ impl Plates {
     pub fn held(
         scene: &Scene,
         reach: Reach,
-        before: Option<&Plan>,
+        before: Option<&Planned>,
         choices: Option<&Choices>,
         options: &Options,
         control: &Control,
-    ) -> Result<(Self, Plan)> {
+    ) -> Result<(Self, Planned)> {
         scene.check()?;
         check(scene)?;
         let range_um = range(scene, reach.range_um)?;
         let marched = one_scattering(scene, range_um, amounts(scene, reach.dust)?)?;
         let (of_plan, of_march) = (control.part(0.0, 0.3), control.part(0.3, 1.0));
-        let plan = match choices {
-            Some(choices) => Plan::holding(before, &marched, options, choices, &of_plan)?,
-            None => Plan::updated(before, &marched, options, &of_plan)?,
-        };
+        let quality = choices.map_or(Quality::Full, |choices| Quality::Chosen(choices.clone()));
+        let plan = Planner::new(options).with_quality(quality).plan(marched, before, &of_plan)?;
         let nodes = plan.spectral().common_nodes().unwrap_or_default().to_vec();
         if nodes.len() > MOST_NODES {
             let problem =
@@ -194,7 +191,7 @@ impl Plates {
             dust_per_pc: dust_per_pc(scene),
             accuracy: scene.method.accuracy,
             depth: stats.depth.max(0.0),
-            notes: plan.notes().into_iter().chain(stats.negative_note()).collect(),
+            notes: plan.report("plates", &stats).words().into_iter().filter(|(topic, _)| topic != "backend" && topic != "method").collect(),
             nodes,
         })?;
         Ok((plates, plan))
@@ -359,16 +356,18 @@ impl Plates {
     pub fn expose(&self, scene: &Scene, control: &Control) -> Result<Image> {
         let (mixture, lights) = (self.mixture(scene)?, lights(scene)?);
         let mut image = self.pictured(scene, &mixture, control)?;
-        for (number, band) in image.bands.iter_mut().enumerate() {
-            let certificates = self.certificates(&mixture, number);
-            band.certificate = certificates.iter().map(|(light, own)| format!("{}: {}", lights[*light].name, in_words(own))).collect();
-            band.keywords.extend(in_keywords(certificates.into_iter().map(|(_, certificate)| certificate)));
-        }
-        image.keywords.push(keywords::text("BACKEND", "plates", "origin of the picture"));
-        image.keywords.extend(keywords::number("ACCURACY", self.0.accuracy, "asked for"));
-        image.keywords.extend(keywords::number("TAUMAX", self.0.depth * mixture.amount, "largest optical depth at V"));
-        image.notes.push(("backend".into(), "plates".into()));
-        image.notes.extend(self.0.notes.iter().cloned());
+        let certificates = scene.bands.iter().enumerate().map(|(number, band)| {
+            let named = |(light, certificate): (usize, Certificate)| (lights[light].name.clone(), certificate);
+            BandCertificates { band: band.name().to_owned(), lights: self.certificates(&mixture, number).into_iter().map(named).collect() }
+        });
+        image.report = Report {
+            backend: Some("plates".into()),
+            accuracy: Some(self.0.accuracy),
+            depth: Some(self.0.depth * mixture.amount),
+            certificates: certificates.collect(),
+            notes: self.0.notes.clone(),
+            ..Report::default()
+        };
         Ok(image)
     }
 
@@ -397,8 +396,7 @@ impl Plates {
     /// The picture of extended light, unresolved sources added.
     fn finished(&self, scene: &Scene, mixture: &Mixture, mut samples: Samples, control: &Control) -> Result<Image> {
         let points = self.draw(scene, mixture, &mut samples, control)?;
-        let mut image = Image { points, ..describe(scene, &scene.camera, samples) };
-        image.output.layers = LayerChoice::default();
+        let image = Image { points, ..describe(scene, &scene.camera, samples) };
         image.check()?;
         Ok(image)
     }

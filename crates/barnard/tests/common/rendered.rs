@@ -1,6 +1,5 @@
 //! Scenes from a text, and their pictures.
 
-use barnard::backend::reference;
 use barnard::control::Control;
 use barnard::image::Image;
 use barnard::memory::DEFAULT_LIMIT;
@@ -11,5 +10,5 @@ pub fn parse(text: &str) -> Scene {
 }
 
 pub fn on_reference(scene: &Scene) -> Image {
-    reference::render(scene, 1e-6, &Control::default()).unwrap()
+    barnard::render_reference(scene, 1e-6, &Control::default()).unwrap()
 }

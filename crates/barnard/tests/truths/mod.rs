@@ -3,17 +3,17 @@
 mod hard_places;
 
 use crate::common::rendered::{on_reference, parse};
-use barnard::backend::{self, cpu};
+use barnard::backend::{self, Renderer, cpu};
 use barnard::control::Control;
 use barnard::image::Image;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Plan, Planner, Quality};
 use barnard::points::Sources;
 use barnard::scene::Scene;
 use spectra::constants::PARSEC;
 
 fn on_cpu(scene: &Scene) -> Image {
-    let plan = Plan::new(scene, &Options::default(), &Control::default()).unwrap();
-    cpu::render(scene, &plan, &Control::default()).unwrap().0
+    let plan = Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap();
+    Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0
 }
 
 const VIEW: &str = r#"[camera]
@@ -364,8 +364,8 @@ bake = 32
         backend::draw(sources, &scene, plan, &Control::default(), |_, value| light += value).unwrap();
         light
     };
-    let preview = Plan::preview(None, &scene, &options, &Control::default()).unwrap();
-    let plan = Plan::new(&scene, &options, &Control::default()).unwrap();
+    let preview = Planner::new(&options).with_quality(Quality::Preview).plan(&scene, None, &Control::default()).unwrap();
+    let plan = Planner::new(&options).plan(&scene, None, &Control::default()).unwrap();
     let (quick, whole) = (drawn(&preview, Sources::All), drawn(&plan, Sources::All));
     assert!((quick / whole - 1.0).abs() < 0.02, "{quick} {whole}");
     let some = drawn(&preview, Sources::Brightest(100));

@@ -1,18 +1,21 @@
 //! `barnard check`
 
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 
 use barnard::backend::Job;
 use barnard::control::Control;
-use barnard::plan::{Options, Plan};
+use barnard::image::Report;
+use barnard::plan::{Options, Plan, Planner};
 use barnard::points;
 use barnard::scene::{Parameter, Scene, parameters};
 use clap::Args;
 use spectra::rule::Node;
 
 use crate::backends::registry;
+use crate::json::json_of;
 use crate::source::SceneArgs;
-use crate::{counted, progress};
+use crate::{counted, outputs, progress};
 
 /// Validates a scene and prints its contents and plan.
 #[derive(Args)]
@@ -22,6 +25,9 @@ pub struct Check {
     /// List the scene's parameters with value, type and range, without a plan
     #[arg(long)]
     parameters: bool,
+    /// Print the expected report as JSON on standard output, other lines on standard error
+    #[arg(long, conflicts_with = "parameters")]
+    json: bool,
 }
 
 impl Check {
@@ -30,15 +36,22 @@ impl Check {
             parameters(self.scene.open_for("cpu")?.0.tree()).iter().for_each(list);
             return Ok(ExitCode::SUCCESS);
         }
+        if self.json {
+            outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
+        }
         let (scene, options) = self.scene.load()?;
         describe(&scene);
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue {note}"));
         barnard::backend::left_out(&scene).iter().for_each(|note| say!("left out  {note}"));
         scene.inputs.iter().for_each(|input| say!("input     {}: {}", input.file, input.text));
         describe_bounces(&scene, &options)?;
-        let plan = Plan::new(&scene, &options, &progress::control()?)?;
-        describe_plan(&plan);
+        let plan = Planner::new(&options).plan(&scene, None, &progress::control()?)?;
+        let report = plan.expected_report();
+        describe_plan(&plan, &report);
         say!("ok");
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&serde_json::json!({ "report": json_of(&report.tree()) }))?);
+        }
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -103,8 +116,8 @@ fn describe_bounces(scene: &Scene, options: &Options) -> anyhow::Result<()> {
         many => say!("bounces   at most {many}"),
     }
     for entry in registry().entries().iter().filter(|entry| !entry.planned) {
-        let unable = (entry.open)(scene)?.unable(&Job::new(scene, options)?, &Control::default())?;
-        if let Some(why) = unable {
+        let unsupported = (entry.open)(scene)?.unsupported(&Job::new(scene, options)?, &Control::default())?;
+        if let Some(why) = unsupported {
             say!("          unsupported by --backend {}: {why}", entry.name);
         }
     }
@@ -126,7 +139,7 @@ fn place(v: barnard::glam::DVec3) -> String {
     format!("({:.4}, {:.4}, {:.4}) pc", v.x, v.y, v.z)
 }
 
-fn describe_plan(plan: &Plan) {
+fn describe_plan(plan: &Plan, report: &Report) {
     let (spectral, depth) = (plan.spectral(), plan.spectral().depth);
     say!("method    {}, {} per sample, depths at V up to {depth:.3}", spectral.method, counted(spectral.terms(), "term"));
     if depth > OPAQUE {
@@ -139,17 +152,17 @@ fn describe_plan(plan: &Plan) {
     if let Some(common) = plan.spectral().common_nodes() {
         say!("nodes     of all passbands: {}", list(common));
     }
-    for (b, band) in plan.spectral().bands.iter().enumerate() {
+    for band in &plan.spectral().bands {
         match band.nodes() {
             Some(nodes) => say!("nodes     {}: {}", band.band.name(), list(nodes)),
             None => say!("band      {}", band.band.name()),
         }
-        say!("          {}", plan.worst_certificate(b, &plan.expected()));
+        say!("          {}", report.worst_words(band.band.name()));
     }
     say!("steps     {}", plan.stepping());
-    for (key, value) in plan.notes() {
+    for (key, value) in report.words() {
         say!("{key}: {value}");
     }
-    crate::verbs::warn_of_accuracy(plan);
+    crate::verbs::warn_of_accuracy(report);
     say!("memory    {:.1} MiB of grids and tables", plan.bytes() as f64 / f64::from(1 << 20));
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::bail;
-use barnard::image::{Image, relative_rms};
+use barnard::image::{Band, Image, relative_rms};
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::observation::RadianceUnit;
 use barnard::properties::Choices;
@@ -86,13 +86,13 @@ impl Compare {
 
 /// Bands by name; by position where a file knows no names.
 fn pairs(a: &Image, b: &Image) -> anyhow::Result<Vec<(usize, usize)>> {
-    let nameless = |i: &Image| i.bands.iter().enumerate().all(|(n, band)| band.name == barnard_files::formats::nameless(n));
+    let nameless = |i: &Image| i.bands.iter().enumerate().all(|(n, band)| band.label() == barnard_files::formats::nameless(n));
     if nameless(a) || nameless(b) {
         return Ok(a.radiances().zip(b.radiances()).collect());
     }
-    let names = |i: &Image| i.bands.iter().map(|band| band.name.as_str()).collect::<Vec<_>>().join(", ");
+    let names = |i: &Image| i.bands.iter().map(Band::label).collect::<Vec<_>>().join(", ");
     let partner = |i: usize| {
-        let Some(j) = b.bands.iter().position(|other| other.name == a.bands[i].name) else {
+        let Some(j) = b.bands.iter().position(|other| other.label() == a.bands[i].label()) else {
             bail!("the images differ in bands: {} and {}", names(a), names(b));
         };
         Ok((i, j))
@@ -109,5 +109,5 @@ fn difference(a: &Image, i: usize, b: &Image, j: usize) -> Difference {
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), ((x, y), error)| (sum + ((x - y) / error).powi(2), count + 1.0));
         sum / f64::max(count, 1.0)
     });
-    Difference { band: b.bands[j].name.clone(), rmse: relative_rms(pairs), largest, chance }
+    Difference { band: b.bands[j].label(), rmse: relative_rms(pairs), largest, chance }
 }

@@ -37,13 +37,13 @@ impl Expose {
         let start = Instant::now();
         let image = plates.expose(&scene, &control)?;
         say!("{} x {} px, {} bands, {:.3} s", image.width, image.height, image.bands.len(), start.elapsed().as_secs_f64());
-        for band in &image.bands {
-            for words in &band.certificate {
+        for (number, band) in image.bands.iter().enumerate() {
+            for words in image.band_words(number) {
                 detail!("{}: {words}", band.name);
             }
         }
         for path in &self.output {
-            for file in outputs::save(&image, path, &scene.camera)? {
+            for file in outputs::save(&image, path, &scene)? {
                 say!("wrote {}", file.display());
             }
         }

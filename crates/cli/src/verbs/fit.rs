@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
@@ -45,6 +46,9 @@ pub struct Fit {
     /// Output file of values, covariance and errors (JSON)
     #[arg(short, long, value_name = "OUT.json")]
     output: Option<PathBuf>,
+    /// Print the result as JSON on standard output, other lines on standard error
+    #[arg(long)]
+    json: bool,
     /// Output file of the scene with the fitted values
     #[arg(long, value_name = "OUT.toml")]
     found: Option<PathBuf>,
@@ -70,6 +74,9 @@ enum Unsaid {
 
 impl Fit {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        if self.json {
+            crate::outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
+        }
         if !self.with.is_empty() && self.with.len() != self.to.len() {
             bail!("{} --with for {} --to; give one --with per image, or none", self.with.len(), self.to.len());
         }
@@ -113,6 +120,9 @@ impl Fit {
                 say!("{} {band}: chi2 {chi2:.1} of {} pixels", own.name, values.len());
             }
         }
+        if self.json {
+            print!("{}", json(&free, &images.units(), &first, &fitted));
+        }
         if let Some(path) = &self.output {
             replace(path, json(&free, &images.units(), &first, &fitted).as_bytes())?;
             say!("wrote {}", path.display());
@@ -122,7 +132,7 @@ impl Fit {
             say!("wrote {}", path.display());
         }
         for (path, own) in left.iter().zip(&residuals) {
-            own.image.save(path)?;
+            own.image.save(path, &file.scene.save_options().without_glare())?;
             say!("wrote {}", path.display());
         }
         if let Some(path) = &self.plot {

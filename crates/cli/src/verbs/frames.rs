@@ -10,9 +10,9 @@ use barnard::camera::Camera;
 use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, LayerChoice, Level};
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned};
 use barnard::scene::{Provenance, Scene};
-use barnard::sequence::{Follower, Held, Sequence};
+use barnard::sequence::{Follower, FrameSettings, Sequence};
 use barnard_files::claim::Claim;
 use barnard_files::formats::{check_folder, replace};
 use clap::Args;
@@ -108,7 +108,7 @@ fn placeholder(name: &str) -> Option<(&str, usize, &str)> {
 }
 
 /// Renderer of a planned scene.
-pub type March<'a> = &'a mut dyn FnMut(&Scene, &Plan, &Control) -> anyhow::Result<Image>;
+pub type March<'a> = &'a mut dyn FnMut(&Planned, &Control) -> anyhow::Result<Image>;
 
 /// A sequence on its way to files.
 pub struct Shoot<'a> {
@@ -174,7 +174,7 @@ impl FrameArgs {
             complain!("warning: {words}");
         }
         note.set("pilot frames".into());
-        let held = shoot.held(&mut follower, &control)?;
+        let shared = shoot.shared(&mut follower, &control)?;
         let (start, mut done, mut elsewhere) = (Instant::now(), 0usize, 0usize);
         for (i, number) in left.iter().enumerate() {
             let Some(claim) = Claim::of(&files(*number)?[0][0])? else {
@@ -194,7 +194,7 @@ impl FrameArgs {
             let words =
                 if done > 0 { format!(", {} left", progress::duration(per_frame * (left.len() - i) as f64)) } else { String::new() };
             note.set(format!("frame {number} ({} of {}){words}", i + 1, left.len()));
-            shoot.frame(*number, &held, &mut follower, &control, march).with_context(|| format!("frame {number}"))?;
+            shoot.frame(*number, &shared, &mut follower, &control, march).with_context(|| format!("frame {number}"))?;
             done += 1;
             control.check()?;
         }
@@ -245,44 +245,44 @@ impl Shoot<'_> {
     }
 
     /// Settings shared by all frames, chosen from the whole sequence.
-    fn held(&self, follower: &mut Follower, control: &Control) -> anyhow::Result<Held> {
+    fn shared(&self, follower: &mut Follower, control: &Control) -> anyhow::Result<FrameSettings> {
         let pilots = self.sequence.pilots();
-        let held = Held::by(&pilots, |time| self.scene.uncropped(follower.scene(time, control)?), self.options, control)?;
-        let choices = &held.choices;
+        let shared = FrameSettings::measured(&pilots, |time| self.scene.uncropped(follower.scene(time, control)?), self.options, control)?;
+        let choices = &shared.choices;
         complain!(
             "settings of all frames, from {} pilot frames: {}, star depths x {}, white {}",
             pilots.len(),
             choices.stepping,
             choices.star_factor,
-            match held.display.white {
+            match shared.display.white {
                 Level::Radiance(white) => format!("{white:.4e}"),
                 Level::Auto => "of each frame".into(),
             }
         );
-        Ok(held)
+        Ok(shared)
     }
 
     /// Renders one frame and writes it down.
-    fn frame(&self, number: i64, held: &Held, follower: &mut Follower, control: &Control, march: March) -> anyhow::Result<()> {
+    fn frame(&self, number: i64, shared: &FrameSettings, follower: &mut Follower, control: &Control, march: March) -> anyhow::Result<()> {
         let (begun, mut planning) = (Instant::now(), 0.0);
-        let mut camera = None;
+        let mut first = None;
         let at = |time: f64| -> anyhow::Result<Image> {
             let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit)?;
             let scene = outputs::layered(scene, self.layers, self.outputs, self.options.memory_limit)?;
-            let scene = Scene { display: held.display(&scene.display), ..scene };
+            let scene = Scene { display: shared.display(&scene.display), ..scene };
             let start = Instant::now();
-            let plan = follower.plan(&scene, self.options, &held.choices, control)?;
+            let plan = follower.plan(&scene, self.options, &shared.choices, control)?;
             planning += start.elapsed().as_secs_f64();
-            camera.get_or_insert_with(|| scene.camera.clone());
-            march(&scene, plan, control)
+            first.get_or_insert(scene);
+            march(plan, control)
         };
         let image = mean(self.sequence.frames().moments(number).into_iter().map(at))?;
-        let (Some(mut image), Some(camera)) = (image, camera) else { bail!("no moment of the frame was rendered") };
+        let (Some(mut image), Some(scene)) = (image, first) else { bail!("no moment of the frame was rendered") };
         self.sequence.frames().stamp(number, &mut image);
         let mut files = Vec::new();
         for path in self.outputs {
             let path = named(path, number).unwrap_or_else(|| path.clone());
-            files.extend(outputs::save(&image, &path, &camera)?.iter().map(|file| file.display().to_string()));
+            files.extend(outputs::save(&image, &path, &scene)?.iter().map(|file| file.display().to_string()));
         }
         let seconds = begun.elapsed().as_secs_f64();
         let time = self.sequence.frames().time(number);

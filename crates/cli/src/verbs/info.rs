@@ -95,7 +95,7 @@ impl Info {
         let files = SceneFiles::in_folder(path.parent().unwrap_or(Path::new("")));
         let (notes, refused) = match read_image(path, limit) {
             Ok(image) => {
-                let bands: Vec<&str> = image.bands.iter().map(|band| band.name.as_str()).collect();
+                let bands: Vec<String> = image.bands.iter().map(barnard::image::Band::label).collect();
                 let text = format!("picture: {} x {} pixels, bands {}", image.width, image.height, bands.join(", "));
                 (vec![InputNote { file: name, text, is_inferred: false }], Vec::new())
             }

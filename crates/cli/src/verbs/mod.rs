@@ -120,10 +120,11 @@ impl Verb {
 }
 
 /// Warns if a picture is less exact than requested.
-fn warn_of_accuracy(plan: &barnard::plan::Plan) {
-    if plan.misses_accuracy() {
-        let sampling = plan.space().spatial.and_then(|s| {
-            let stars = s.unresolved.is_some_and(|stars| stars.error > plan.spectral().accuracy);
+fn warn_of_accuracy(report: &barnard::image::Report) {
+    let wanted = report.accuracy.unwrap_or_default();
+    if report.misses_accuracy() {
+        let sampling = report.spatial.and_then(|s| {
+            let stars = s.unresolved.is_some_and(|stars| stars.error > wanted);
             s.sampling.filter(|(error, _)| stars || *error > 0.5 * s.error)
         });
         let remedy = match sampling {
@@ -132,7 +133,6 @@ fn warn_of_accuracy(plan: &barnard::plan::Plan) {
             }
             None => "use a finer grid or more samples".into(),
         };
-        let wanted = plan.spectral().accuracy;
         complain!(
             "warning: the spatial error exceeds the requested accuracy of {wanted:.1e}; {remedy}, or accept it with a larger accuracy"
         );

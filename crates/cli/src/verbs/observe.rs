@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
-use barnard::backend::Job;
+use barnard::backend::{Job, Renderer};
 use barnard::image::{Image, LayerChoice};
 use barnard::instrument::{Exposures, Flag, Instrument, MAX_FRAMES, preset};
 use barnard::scene::Scene;
@@ -16,9 +17,10 @@ use barnard_files::formats::{check_replaceable, check_writable, save_frame};
 use clap::Args;
 
 use crate::backends::{names, registry};
-use crate::progress;
+use crate::json::json_of_image;
 use crate::source::SceneArgs;
 use crate::verbs::frames::named;
+use crate::{outputs, progress};
 
 /// Simulates an observation with the scene's instrument: frames of counts, and a master with errors and a mask.
 ///
@@ -52,12 +54,18 @@ pub struct Observe {
     /// Back end
     #[arg(long, value_name = "NAME", default_value = "cpu", value_parser = names(false))]
     backend: String,
+    /// Print files and report as JSON on standard output, other lines on standard error
+    #[arg(long)]
+    json: bool,
 }
 
 impl Observe {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         if self.output.is_empty() && self.raw.is_none() {
             bail!("an output is required; add -o master.fits, or --raw 'raw_%03d.fits'");
+        }
+        if self.json {
+            outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
         }
         self.output.iter().try_for_each(|path| check_writable(path))?;
         if let Some(pattern) = &self.raw {
@@ -82,7 +90,7 @@ impl Observe {
         let control = progress::control()?;
         let start = Instant::now();
         let mut backend = (registry().by_name(&self.backend)?.open)(&scene)?;
-        let (image, _) = backend.render(&Job::new(&scene, &options)?, &control)?;
+        let (image, _) = Renderer::new(&mut *backend).render(Job::new(&scene, &options)?, &control)?;
         let rendered = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let exposures = Exposures::new(instrument, &image, &scene.bands, &control)?;
@@ -102,8 +110,12 @@ impl Observe {
         );
         tell(&exposures, &master);
         for path in &self.output {
-            master.save(path)?;
+            master.save(path, &scene.save_options().without_glare())?;
             say!("wrote {}", path.display());
+        }
+        if self.json {
+            let files: Vec<String> = raw.iter().chain(&self.output).map(|path| path.display().to_string()).collect();
+            println!("{}", serde_json::to_string_pretty(&json_of_image(&master, &files, rendered + start.elapsed().as_secs_f64()))?);
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::bail;
 use barnard::backend::reference::Reference;
-use barnard::backend::{Backend, Job, RenderStats};
+use barnard::backend::{Backend, Job, RenderStats, Renderer};
 use barnard::composite::joined;
 use barnard::control::Control;
-use barnard::image::{Image, LayerChoice};
-use barnard::plan::{Options, Plan};
+use barnard::image::{Image, LayerChoice, Report};
+use barnard::plan::ordinates::Sweeper;
+use barnard::plan::{Options, Planned, Planner};
 use barnard::points;
 use barnard::properties::Value;
 use barnard::scene::Scene;
@@ -20,6 +22,7 @@ use barnard_files::formats::check_writable;
 use clap::Args;
 
 use crate::backends::{names, registry};
+use crate::json::json_of_image;
 use crate::source::{SceneArgs, change};
 use crate::verbs::frames::{FrameArgs, Shoot};
 use crate::verbs::referee::Referee;
@@ -56,6 +59,9 @@ pub struct Render {
     /// grid
     #[arg(long)]
     on_the_fly: bool,
+    /// Print files and report as JSON on standard output, other lines on standard error
+    #[arg(long, conflicts_with = "frames")]
+    json: bool,
 }
 
 impl Render {
@@ -70,9 +76,13 @@ impl Render {
         if self.frames.is_asked() {
             return self.sequence();
         }
+        if self.json {
+            outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
+        }
         for path in self.output.iter().filter(|path| !path.to_string_lossy().contains('%')) {
             match outputs::standard(path)? {
-                Some(_) => outputs::IS_PICTURE.store(true, Ordering::Relaxed),
+                Some(_) if self.json => bail!("-o {}: standard output is taken by --json; write a file", path.display()),
+                Some(_) => outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed),
                 None => check_writable(path)?,
             }
         }
@@ -80,19 +90,22 @@ impl Render {
         outputs::check(&self.output, &scene.camera)?;
         let scene = outputs::layered(scene, self.layers, &self.output, options.memory_limit)?;
         crate::verbs::refuse_inputs(&scene, &self.output)?;
-        let (image, error) = match self.backend.as_str() {
-            // It prints the errors of its paths itself.
-            "path" => (self.on_path(&scene, &options)?, None),
+        let image = match self.backend.as_str() {
+            "path" => self.on_path(&scene, &options)?,
             "reference" => self.on_reference(&scene, &options)?,
             _ => self.planned(&scene, options)?,
         };
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue: {note}"));
-        let files = self.output.iter().map(|path| outputs::save(&image, path, &scene.camera)).collect::<anyhow::Result<Vec<_>>>()?;
-        if let Some(error) = error {
+        let files = self.output.iter().map(|path| outputs::save(&image, path, &scene)).collect::<anyhow::Result<Vec<_>>>()?;
+        if let Some(error) = relative_error(&image.report) {
             let (width, height, bands) = (image.width, image.height, counted(image.bands.len(), "band"));
             say!("{width} x {height} px, {bands}, {:.1} s; relative error: {error}", start.elapsed().as_secs_f64());
         }
         files.iter().flatten().for_each(|file| say!("wrote {}", file.display()));
+        if self.json {
+            let files: Vec<String> = files.iter().flatten().map(|file| file.display().to_string()).collect();
+            println!("{}", serde_json::to_string_pretty(&json_of_image(&image, &files, start.elapsed().as_secs_f64()))?);
+        }
         if self.output.iter().any(|path| outputs::writer_of(path).is_ok_and(|writer| writer.is_picture)) {
             let tone = scene.display.tone(&image);
             let what = if scene.display.balance { "of the balanced bands" } else { "W m-2 sr-1" };
@@ -112,11 +125,11 @@ impl Render {
             bail!("--bookmark conflicts with the scene's camera path; remove one");
         }
         let mut backend = self.open(&file.scene)?;
-        options.sweeper = backend.sweeper().filter(|_| file.scene.method.bounces > 1);
+        options.sweeper = sweeper(&mut *backend, &file.scene);
         let identity = format!("{}{}", barnard_files::toml::text(file.tree()), self.scene.overrides());
-        let mut march = |scene: &Scene, plan: &Plan, control: &Control| {
-            let done = backend.render(&Job::planned(scene, &options, plan)?, control);
-            for words in backend.warnings() {
+        let mut march = |plan: &Planned, control: &Control| {
+            let done = Renderer::new(&mut *backend).render(plan, control);
+            for words in backend.device().iter().flat_map(|device| device.warnings()) {
                 complain!("warning: {words}");
             }
             Ok(done?.0)
@@ -146,29 +159,28 @@ impl Render {
         Ok(joined(stereo.arrangement, left?, &right?)?)
     }
 
-    /// An image with its relative error in words.
-    fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<(Image, Option<String>)> {
+    fn on_reference(&self, scene: &Scene, options: &Options) -> anyhow::Result<Image> {
         if self.scene.method.is_some() || self.scene.steps.is_some() || self.scene.count.is_some() {
             bail!("--method, --count and --steps are not supported by --backend reference, which is adaptive; use --accuracy");
         }
         let control = progress::control()?;
         let start = Instant::now();
         let accuracy = scene.method.backends.reference_accuracy;
-        let (image, stats) = Reference { accuracy }.render(&Job::new(scene, options)?, &control)?;
+        let (image, stats) = Renderer::new(&mut Reference { accuracy }).render(Job::new(scene, options)?, &control)?;
         detail!("{:.0} rays/s", stats.rays as f64 / start.elapsed().as_secs_f64());
-        Ok((image, Some(format!("{accuracy:e} of each pixel"))))
+        Ok(image)
     }
 
-    /// Renders by a back end that reads a plan: an image with its relative error in words.
-    fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<(Image, Option<String>)> {
+    /// Renders by a back end that reads a plan.
+    fn planned(&self, scene: &Scene, mut options: Options) -> anyhow::Result<Image> {
         let control = progress::control()?;
         let mut backend = self.open(scene)?;
-        options.sweeper = backend.sweeper().filter(|_| scene.method.bounces > 1);
+        options.sweeper = sweeper(&mut *backend, scene);
         let start = Instant::now();
-        let plan = Plan::new(scene, &options, &control)?;
+        let plan = Planner::new(&options).plan(scene, None, &control)?;
         let planned = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let (image, stats) = rendered(&mut *backend, &Job::planned(scene, &options, &plan)?, &control)?;
+        let (image, stats) = rendered(&mut *backend, &plan, &control)?;
         let seconds = start.elapsed().as_secs_f64();
         detail!(
             "plan {planned:.2} s, render {seconds:.2} s, {:.2e} rays/s, method {} ({} per sample)",
@@ -176,14 +188,12 @@ impl Render {
             plan.spectral().method,
             counted(plan.spectral().terms(), "term")
         );
-        for (band, name) in image.bands.iter().enumerate().map(|(b, band)| (b, &band.name)) {
-            detail!("{name}: {}", plan.worst_certificate(band, &stats));
+        for band in &image.bands {
+            detail!("{}: {}", band.name, image.report.worst_words(&band.name));
         }
-        plan.notes().iter().for_each(|(key, value)| detail!("{key}: {value}"));
-        stats.negative_note().iter().for_each(|(key, value)| say!("{key}: {value}"));
-        crate::verbs::warn_of_accuracy(&plan);
-        let more = if IS_VERBOSE.load(Ordering::Relaxed) { "" } else { " (details: --verbose)" };
-        Ok((image, Some(format!("{}{more}", plan.error_summary(&stats)))))
+        image.report.words().iter().for_each(|(topic, words)| detail!("{topic}: {words}"));
+        crate::verbs::warn_of_accuracy(&image.report);
+        Ok(image)
     }
 
     fn open(&self, scene: &Scene) -> anyhow::Result<Box<dyn Backend>> {
@@ -198,16 +208,34 @@ impl Render {
 }
 
 /// Renders, and tells who did it where it is not the processor.
-fn rendered(backend: &mut dyn Backend, job: &Job, control: &Control) -> anyhow::Result<(Image, RenderStats)> {
-    let done = backend.render(job, control);
-    for words in backend.warnings() {
+fn rendered(backend: &mut dyn Backend, plan: &Planned, control: &Control) -> anyhow::Result<(Image, RenderStats)> {
+    let done = Renderer::new(backend).render(plan, control);
+    let name = backend.name();
+    let Some(device) = backend.device() else { return Ok(done?) };
+    for words in device.warnings() {
         complain!("warning: {words}");
     }
     let done = done?;
-    if let Some(why) = backend.instead() {
-        say!("on the cpu: {why}");
-    } else if backend.device_seconds().is_some() {
-        say!("{}", backend.name());
+    match device.fallback() {
+        Some(why) => say!("on the cpu: {why}"),
+        None => say!("{name}"),
     }
     Ok(done)
+}
+
+/// The device for multiple scattering, where a scene has that.
+fn sweeper(backend: &mut dyn Backend, scene: &Scene) -> Option<Arc<dyn Sweeper>> {
+    backend.device().filter(|_| scene.method.bounces > 1).and_then(|device| device.sweeper())
+}
+
+/// The relative error of an image in words; none where its back end has printed it.
+fn relative_error(report: &Report) -> Option<String> {
+    if report.paths.is_some() {
+        return None;
+    }
+    let more = if IS_VERBOSE.load(Ordering::Relaxed) { "" } else { " (details: --verbose)" };
+    match (report.spectral_error(), report.accuracy) {
+        (None, Some(accuracy)) if report.steps.is_none() => Some(format!("{accuracy:e} of each pixel")),
+        _ => Some(format!("{}{more}", report.summary())),
+    }
 }

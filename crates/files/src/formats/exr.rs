@@ -38,11 +38,13 @@ struct Exposure {
     tone: Tone,
     colours: ColourSpace,
     single: bool,
+    channels: LayerChannels,
 }
 
 impl Exposure {
-    fn of(picture: &image::Image) -> Self {
-        Self { tone: picture.display.tone(picture), colours: picture.output.colours, single: picture.output.single }
+    fn of(picture: &image::Image, options: &image::SaveOptions) -> Self {
+        let image::Output { colours, single, channels, .. } = options.output;
+        Self { tone: options.display.tone(picture), colours, single, channels }
     }
 
     /// R, G and B of all pixels, linear: `black` is zero, and what lies as far above it as the picture's white does above its
@@ -79,7 +81,7 @@ impl Exposure {
             let values = layer.channel(number, pixels).map(|v| v as f32).collect();
             AnyChannel::new(format!("{}.{name}", layer.name).as_str(), FlatSamples::F32(values))
         };
-        match (layer.content, picture.output.channels) {
+        match (layer.content, self.channels) {
             (LayerContent::Light, LayerChannels::Rgb) => {
                 self.channels(["R", "G", "B"].map(|colour| format!("{}.{colour}", layer.name)), &layer.samples, pixels, 0.0)
             }
@@ -92,14 +94,14 @@ impl Exposure {
     }
 }
 
-fn encode(picture: &image::Image) -> Result<Vec<u8>> {
+fn encode(picture: &image::Image, options: &image::SaveOptions) -> Result<Vec<u8>> {
     let size = picture.width * picture.height;
     let names = super::distinct_names(picture);
     let radiance = |band: usize| {
         let values: Vec<f32> = (band * size..(band + 1) * size).map(|i| picture.samples.at(i) as f32).collect();
         AnyChannel::new(format!("{LAYER}{}", names[band]).as_str(), FlatSamples::F32(values))
     };
-    let exposure = Exposure::of(picture);
+    let exposure = Exposure::of(picture, options);
     let tone = &exposure.tone;
     let shown = exposure.channels(["R", "G", "B"].map(str::to_owned), &picture.samples, size, tone.black);
     let layers = picture.layers.iter().flat_map(|layer| exposure.layer(layer, picture, &names));
@@ -127,7 +129,7 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     if !picture.layers.is_empty() {
         let names: Vec<&str> = picture.layers.iter().map(|layer| layer.name.as_str()).collect();
         note("layers".into(), &names.join("\n"));
-        let unit = match picture.output.channels {
+        let unit = match exposure.channels {
             LayerChannels::Rgb => format!("in the exposure of RGB without its black: {:E} W m-2 sr-1 are 1", tone.white - tone.black),
             LayerChannels::Bands => "W m-2 sr-1".to_owned(),
         };
@@ -135,32 +137,32 @@ fn encode(picture: &image::Image) -> Result<Vec<u8>> {
     }
     // Channels are stored by name; this is the scene's order.
     note(ORDER.into(), &names.join("\n"));
-    for keyword in &picture.keywords {
+    for keyword in picture.cards() {
         note(keyword.name.into(), &format!("{} / {}", keyword.value, keyword.comment));
     }
     if let Some((size, unit)) = picture.pixel.map(PixelScale::in_unit) {
         let what = if unit == "deg" { "angle of the central pixel" } else { "width of a pixel" };
         note("PIXSCALE".into(), &format!("{size:E} / [{unit}] {what}"));
     }
-    for (key, value) in &picture.notes {
-        note(key.clone(), value);
+    for (key, value) in picture.statements() {
+        note(key, &value);
     }
-    for (name, band) in names.iter().zip(&picture.bands) {
+    for (number, (name, band)) in names.iter().zip(&picture.bands).enumerate() {
         if let Some(pivot) = band.pivot_um {
             note(format!("{name}.pivot"), &format!("{:.3} nm", pivot * 1e3));
         }
         if let Some(counting) = band.counting {
             note(format!("{name}.counting"), counting);
         }
-        for keyword in &band.keywords {
+        for keyword in picture.band_cards(number) {
             note(format!("{name}.{}", keyword.name), &format!("{} / {}", keyword.value, keyword.comment));
         }
-        for (i, line) in band.certificate.iter().enumerate() {
+        for (i, line) in picture.band_words(number).iter().enumerate() {
             note(format!("{name}.certificate.{i}"), line);
         }
     }
     let channels = AnyChannels::sort((0..picture.bands.len()).map(radiance).chain(shown).chain(layers).collect());
-    let encoding = Encoding { compression: compression(picture.output.compression), ..Encoding::SMALL_LOSSLESS };
+    let encoding = Encoding { compression: compression(options.output.compression), ..Encoding::SMALL_LOSSLESS };
     if let Some(part) = picture.part {
         attributes.layer_position = Vec2(part.column as i32, part.row as i32);
     }

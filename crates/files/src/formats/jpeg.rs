@@ -4,7 +4,7 @@ use jpeg_encoder::{ColorType, Encoder};
 
 use super::{Writer, colours};
 use barnard::error::{Error, Result};
-use barnard::image::Image;
+use barnard::image::{Image, SaveOptions};
 
 /// The quality from which on eyes see no difference, of 100.
 const QUALITY: u8 = 95;
@@ -19,12 +19,12 @@ pub(super) const fn writer(extension: &'static str) -> Writer {
     }
 }
 
-fn encode(picture: &Image) -> Result<Vec<u8>> {
+fn encode(picture: &Image, options: &SaveOptions) -> Result<Vec<u8>> {
     let failed = |reason: String| Error::Encoding { format: "jpeg", reason };
     let side = |pixels: usize| u16::try_from(pixels).map_err(|_| failed(format!("{pixels} pixels exceed 65535 per edge")));
     let (width, height) = (side(picture.width)?, side(picture.height)?);
     let mut bytes = Vec::new();
-    let encoded = Encoder::new(&mut bytes, QUALITY).encode(&colours::bytes(picture), width, height, ColorType::Rgb);
+    let encoded = Encoder::new(&mut bytes, QUALITY).encode(&colours::bytes(picture, &options.display), width, height, ColorType::Rgb);
     encoded.map_err(|e| failed(e.to_string()))?;
     Ok(bytes)
 }

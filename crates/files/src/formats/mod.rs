@@ -31,7 +31,7 @@ pub use write::{SaveImage, check_folder, check_replaceable, check_writable, repl
 use barnard::data::{Array, Axis, Choose, Numbers};
 use barnard::error::{Error, Result};
 use barnard::field::Grid;
-use barnard::image::Image;
+use barnard::image::{Image, SaveOptions};
 use barnard::memory;
 use spectra::error::nearest;
 
@@ -166,7 +166,7 @@ pub struct Writer {
     /// True if it holds the layers of an image.
     pub has_layers: bool,
     /// The image as the bytes of a file.
-    pub encode: fn(&Image) -> Result<Vec<u8>>,
+    pub encode: fn(&Image, &SaveOptions) -> Result<Vec<u8>>,
 }
 
 /// All formats that can be written.
@@ -417,7 +417,7 @@ pub(crate) fn ascii(text: &str) -> String {
 pub(crate) fn distinct_names(image: &Image) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for band in &image.bands {
-        let name = ascii(&band.name);
+        let name = ascii(&band.label());
         let numbered = std::iter::once(name.clone()).chain((2..).map(|i| format!("{name}_{i}")));
         names.extend(numbered.into_iter().find(|n| !names.contains(n)));
     }

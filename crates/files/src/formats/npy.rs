@@ -14,7 +14,7 @@ use super::numbers::{Number, Stored};
 use super::{GridFile, GridWriter, Kept, Member, Reader, Request, Writer, checked_shape, failed, three_axes};
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
-use barnard::image::{Image, Samples};
+use barnard::image::{Image, Samples, SaveOptions};
 
 pub(super) const READER: Reader = Reader {
     extensions: &["npy"],
@@ -269,7 +269,7 @@ fn image(request: &mut Request) -> Result<Image> {
     Ok(Image::bare(width, height, (0..bands).map(super::nameless).collect(), samples))
 }
 
-fn encode(image: &Image) -> Result<Vec<u8>> {
+fn encode(image: &Image, _: &SaveOptions) -> Result<Vec<u8>> {
     let shape = [image.bands.len() as u64, image.height as u64, image.width as u64];
     let mut bytes = Vec::new();
     macro_rules! write {

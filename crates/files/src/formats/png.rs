@@ -4,20 +4,20 @@ use png::BitDepth;
 
 use super::{Writer, avm, colours};
 use barnard::error::{Error, Result};
-use barnard::image::Image;
+use barnard::image::{Image, SaveOptions};
 
 pub(super) const WRITER: Writer =
     Writer { extension: "png", summary: "picture in the scene's palette and stretch, sRGB", is_picture: true, has_layers: false, encode };
 
-fn encode(image: &Image) -> Result<Vec<u8>> {
+fn encode(image: &Image, options: &SaveOptions) -> Result<Vec<u8>> {
     let size = (image.width, image.height);
     let on_the_sky = avm::packet(image).map(|packet| (avm::XMP.to_owned(), packet));
-    let notes: Vec<_> = image.notes.iter().cloned().chain(on_the_sky).collect();
-    if image.display.bits == 16 {
-        let words: Vec<u8> = colours::words(image).into_iter().flat_map(u16::to_be_bytes).collect();
+    let notes: Vec<_> = image.statements().into_iter().chain(on_the_sky).collect();
+    if options.display.bits == 16 {
+        let words: Vec<u8> = colours::words(image, &options.display).into_iter().flat_map(u16::to_be_bytes).collect();
         return encoded(size, &words, BitDepth::Sixteen, &notes);
     }
-    encode_png(size, &colours::bytes(image), &notes)
+    encode_png(size, &colours::bytes(image, &options.display), &notes)
 }
 
 /// Pixels as a .png: red, green and blue in sRGB, row by row, with notes of key and words.

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use super::fits::encode_frame;
 use super::{GridFile, extension, grid_writer, writer};
 use barnard::error::{Error, Result};
-use barnard::image::Image;
+use barnard::image::{Image, SaveOptions};
 use barnard::instrument::Frame;
 
 /// Checks that `path` can be written at all: the extension is known, the folder is there and writable. Programs ask
@@ -123,13 +123,13 @@ pub trait SaveImage {
     ///
     /// # Errors
     /// If the extension is none of [`WRITERS`](super::WRITERS), or the file cannot be written.
-    fn save(&self, path: impl AsRef<Path>) -> Result<()>;
+    fn save(&self, path: impl AsRef<Path>, options: &SaveOptions) -> Result<()>;
 }
 
 impl SaveImage for Image {
-    fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+    fn save(&self, path: impl AsRef<Path>, options: &SaveOptions) -> Result<()> {
         let path = path.as_ref();
-        replace(path, &(writer(path)?.encode)(self)?)
+        replace(path, &(writer(path)?.encode)(self, options)?)
     }
 }
 

@@ -4,8 +4,8 @@ use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::image::{Display, Image, Level, Samples, Tone};
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{END_SHARE, Options, Plan, Stepping};
-use barnard_gpu::{GpuError, Renderer, Tuning};
+use barnard::plan::{END_SHARE, Options, Planned, Planner, Quality, Stepping};
+use barnard_gpu::{DeviceMarch, GpuError, Tuning};
 use spectra::colour::{Palette, Stretch};
 
 use super::light::{CAMERA, DUST, FINE, STAR, TOLERANCE, difference, many_lights, on, parsed, plan};
@@ -29,7 +29,7 @@ albedo = 0.6
 "#;
     let mut scene = parsed(&format!("{CAMERA}{shell}{STAR}[method]\nbake = 64\n"));
     let plan = plan(&mut scene, 33).with_stepping(FINE);
-    let by = |tuning: Tuning| Renderer::new(&gpu, &plan, tuning).unwrap().radiance(&Control::default()).unwrap();
+    let by = |tuning: Tuning| DeviceMarch::new(&gpu, &plan, tuning).unwrap().radiance(&Control::default()).unwrap();
     let usual = by(Tuning::default());
     for workgroup in [(1, 1), (4, 4), (64, 1), (3, 7)] {
         assert!(by(Tuning { workgroup, ..Tuning::default() }) == usual, "{workgroup:?}");
@@ -59,7 +59,7 @@ count = 200
     let plan = plan(&mut scene, 16).with_stepping(Stepping::PerVoxel(30.0));
     let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let pausing = Tuning { pauses: Some(true), ..Tuning::default() };
-    let mut renderer = Renderer::new(&gpu, &plan, pausing).unwrap();
+    let mut renderer = DeviceMarch::new(&gpu, &plan, pausing).unwrap();
     let first = renderer.radiance(&Control::default()).unwrap().0;
     let wrong = difference(&plan, &first, &theirs);
     // Real devices weigh voxels in 256ths, and need no pauses.
@@ -71,7 +71,7 @@ count = 200
     let plan = plan.with_stepping(Stepping::Fixed(8));
     let by = |pauses| {
         let tuning = Tuning { pauses: Some(pauses), ..Tuning::default() };
-        let mut renderer = Renderer::new(&gpu, &plan, tuning).unwrap();
+        let mut renderer = DeviceMarch::new(&gpu, &plan, tuning).unwrap();
         let data = renderer.radiance(&Control::default()).unwrap().0;
         assert_eq!(renderer.dispatches(), 1);
         data
@@ -99,10 +99,10 @@ albedo = 0.6
         let mut scene = parsed(&format!("{CAMERA}{cloud}{second}{}[method]\nbake = 40\n", STAR.replace("0.2 0.5 0.3", place)));
         (scene.camera.width, scene.camera.height) = (12, 12);
         let options = Options::within(DEFAULT_LIMIT);
-        Plan::sampled(&scene, &options, 40, &Control::default()).unwrap().with_stepping(FINE)
+        Planner::new(&options).with_quality(Quality::Fixed(40)).plan(&scene, None, &Control::default()).unwrap().with_stepping(FINE)
     };
     let first = made("0.2 0.5 0.3");
-    let mut renderer = Renderer::new(&gpu, &first, Tuning::default()).unwrap();
+    let mut renderer = DeviceMarch::new(&gpu, &first, Tuning::default()).unwrap();
     let before = renderer.radiance(&Control::default()).unwrap();
     // The last ones stand on diagonals that run through voxel centres only to rounding.
     for place in [
@@ -148,7 +148,7 @@ sparse = "{sparse}"
             24,
         )
     };
-    let renderer = |plan: &Plan| Renderer::new(&gpu, plan, Tuning::default()).unwrap();
+    let renderer = |plan: &Planned| DeviceMarch::new(&gpu, plan, Tuning::default()).unwrap();
     let (whole, pages) = (of("never"), of("always"));
     assert!(renderer(&whole).can_move(0) && !renderer(&pages).can_move(0));
     let mut renderer = renderer(&pages);
@@ -169,7 +169,7 @@ fn passes_settle() {
     scene.camera.supersampling = 12;
     let plan = plan(&mut scene, 24);
     let truth = cpu::radiance(&plan, &Control::default()).unwrap().0;
-    let mut renderer = Renderer::new(&gpu, &plan, Tuning::default()).unwrap();
+    let mut renderer = DeviceMarch::new(&gpu, &plan, Tuning::default()).unwrap();
     let tone = Tone {
         palette: Palette::by_name("natural", &scene.bands).unwrap(),
         black: 0.0,
@@ -229,7 +229,7 @@ fn changes_are_taken() {
     let made = |text: String| {
         let scene = parsed(&text);
         let options = Options::within(DEFAULT_LIMIT);
-        Plan::sampled(&scene, &options, 40, &Control::default()).unwrap()
+        Planner::new(&options).with_quality(Quality::Fixed(40)).plan(&scene, None, &Control::default()).unwrap()
     };
     let method = "[method]\nbake = 16\n";
     let first = made(format!("{CAMERA}{DUST}{STAR}{method}"));
@@ -258,7 +258,7 @@ fn changes_are_taken() {
         larger,
         made(format!("{CAMERA}{DUST}{STAR}{}{method}", STAR.replace("0.2 0.5", "-0.2 0.1"))),
     ];
-    let mut renderer = Renderer::new(&gpu, &first, Tuning::default()).unwrap();
+    let mut renderer = DeviceMarch::new(&gpu, &first, Tuning::default()).unwrap();
     let before = renderer.radiance(&Control::default()).unwrap();
     for (i, plan) in changed.iter().enumerate() {
         renderer.update(plan).unwrap();

@@ -4,9 +4,9 @@ use barnard::backend::RenderStats;
 use barnard::control::Control;
 use barnard::image::relative_rms;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan, Stepping};
+use barnard::plan::{Options, Planned, Planner, Stepping};
 use barnard::scene::Scene;
-use barnard_gpu::{Gpu, Renderer, Tuning};
+use barnard_gpu::{DeviceMarch, Gpu, Tuning};
 
 /// Tolerance between pictures with the given number of samples per voxel: 16-bit volumes, the device's own interpolation, and what
 /// finite steps still cost.
@@ -14,20 +14,20 @@ pub const TOLERANCE: f64 = 1e-3;
 
 pub const FINE: Stepping = Stepping::PerVoxel(10.0);
 
-pub fn plan(scene: &mut Scene, edge: usize) -> Plan {
+pub fn plan(scene: &mut Scene, edge: usize) -> Planned {
     let shape = scene.camera.height as f64 / scene.camera.width as f64;
     (scene.camera.width, scene.camera.height) = (edge, (edge as f64 * shape) as usize);
     let options = Options::within(DEFAULT_LIMIT);
-    Plan::new(scene, &options, &Control::default()).unwrap()
+    Planner::new(&options).plan(&*scene, None, &Control::default()).unwrap()
 }
 
 /// Radiance and statistics by the device.
-pub fn on(gpu: &Gpu, plan: &Plan) -> (Vec<f32>, RenderStats) {
-    Renderer::new(gpu, plan, Tuning::default()).unwrap().radiance(&Control::default()).unwrap()
+pub fn on(gpu: &Gpu, plan: &Planned) -> (Vec<f32>, RenderStats) {
+    DeviceMarch::new(gpu, plan, Tuning::default()).unwrap().radiance(&Control::default()).unwrap()
 }
 
 /// The relative rms difference of the worst band.
-pub fn difference(plan: &Plan, ours: &[f32], theirs: &[f32]) -> f64 {
+pub fn difference(plan: &Planned, ours: &[f32], theirs: &[f32]) -> f64 {
     let pixels = plan.camera().width * plan.camera().height;
     let bands = ours.chunks(pixels).zip(theirs.chunks(pixels));
     bands.map(|(a, b)| relative_rms(a.iter().zip(b).map(|(a, b)| (f64::from(*a), f64::from(*b))))).fold(0.0, f64::max)

@@ -3,9 +3,9 @@
 use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan, Stepping};
+use barnard::plan::{Options, Planner, Quality, Stepping};
 use barnard::scene::Loader;
-use barnard_gpu::{Renderer, Tuning};
+use barnard_gpu::{DeviceMarch, Tuning};
 
 use super::light::{CAMERA, DUST, FINE, STAR, TOLERANCE, difference, many_lights, on, parsed, plan};
 use super::test_device::device;
@@ -171,13 +171,13 @@ albedo = 0.6
     let wrong = [12, 24, 48].map(|bake| {
         let mut scene = parsed(&format!("{CAMERA}{cloud}{}[method]\nbake = {bake}\n", STAR.replace("0.2 0.5 0.3", "1.5 1.2 1.4")));
         let plan = plan(&mut scene, 12).with_stepping(Stepping::Fixed(100));
-        let ours = Renderer::new(&gpu, &plan, on_the_fly).unwrap().radiance(&Control::default()).unwrap().0;
+        let ours = DeviceMarch::new(&gpu, &plan, on_the_fly).unwrap().radiance(&Control::default()).unwrap().0;
         difference(&plan, &ours, &on(&gpu, &plan).0)
     });
     println!("{wrong:?}");
     assert!(wrong[2] < 0.02 && wrong[2] < 0.5 * wrong[1] && wrong[1] < 0.5 * wrong[0] && wrong[2] > 0.0, "{wrong:?}");
     let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
-    let error = Renderer::new(&gpu, &plan(&mut scene, 24), on_the_fly).err().unwrap().to_string();
+    let error = DeviceMarch::new(&gpu, &plan(&mut scene, 24), on_the_fly).err().unwrap().to_string();
     assert!(error.contains("fbm") && error.contains("remove it to sample"), "{error}");
 }
 
@@ -279,18 +279,18 @@ name = "{method}"
 "#
         ));
         let options = Options::within(DEFAULT_LIMIT);
-        let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
-        let error = Renderer::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
+        let plan = Planner::new(&options).with_quality(Quality::Fixed(20)).plan(&scene, None, &Control::default()).unwrap();
+        let error = DeviceMarch::new(&gpu, &plan, Tuning::default()).err().unwrap().to_string();
         assert_eq!(barnard_gpu::unable(&plan, Tuning::default()).unwrap().to_string(), error);
         assert!(error.contains(words) && error.contains("on the processor"), "{error}");
     }
     // A wish to stop is heard.
     let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
     let options = Options::within(DEFAULT_LIMIT);
-    let plan = Plan::sampled(&scene, &options, 20, &Control::default()).unwrap();
+    let plan = Planner::new(&options).with_quality(Quality::Fixed(20)).plan(&scene, None, &Control::default()).unwrap();
     let control = Control::default();
     control.interrupt();
-    assert!(Renderer::new(&gpu, &plan, Tuning::default()).unwrap().radiance(&control).is_err());
+    assert!(DeviceMarch::new(&gpu, &plan, Tuning::default()).unwrap().radiance(&control).is_err());
 }
 
 /// Images of all around from within the dust, in parts and with several rays a pixel: the same light, and none beside the

@@ -12,7 +12,7 @@ use super::{Instrument, Kernels};
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::Result;
-use crate::image::{Display, Image, PixelScale, Samples};
+use crate::image::{Image, PixelScale, Samples};
 use crate::keywords::{self, Keyword};
 use crate::observation::{InUnit, Observation, RadianceUnit};
 use crate::random::Counter;
@@ -271,18 +271,12 @@ fn header(instrument: &Instrument, image: &Image, radiances: &[usize], pixels: &
         width: pixels.size[0],
         height: pixels.size[1],
         bands,
-        samples: Samples::Single(Vec::new()),
         pixel: Some(pixel),
         axis: pixels.axis,
         notes,
-        keywords: image.keywords.clone(),
-        // What optics do is in the light already.
-        display: Display { glare: None, ..image.display.clone() },
-        layers: Vec::new(),
         // The detector's edges are its own, and its points are spread.
         view: None,
-        points: Vec::new(),
-        ..*image
+        ..image.header()
     }
 }
 

@@ -88,7 +88,7 @@ impl Exposures {
     /// The bands of radiances, then those of their errors.
     fn with_errors(&self) -> Vec<Band> {
         let bands = &self.header.bands;
-        let errors = bands.iter().map(|band| Band { certificate: Vec::new(), ..band.of_errors() });
+        let errors = bands.iter().map(Band::of_errors);
         bands.iter().cloned().chain(errors).collect()
     }
 

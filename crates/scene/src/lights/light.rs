@@ -83,7 +83,8 @@ impl Part {
 
     /// The scene whose light is this part of another's: other lights are out, all dust is there.
     pub fn alone(self, scene: &Scene) -> Scene {
-        let mut scene = scene.clone();
+        // Gas is a light like others, whatever ionised it.
+        let mut scene = Scene { gas: None, ..scene.clone() };
         let species = std::mem::take(&mut scene.emission);
         if let Self::Emission { species: own } = self {
             scene.emission.extend(species.into_iter().nth(own));

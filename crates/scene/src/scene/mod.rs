@@ -48,7 +48,7 @@ pub use emission::Emission;
 pub use fields::Fields;
 pub use film::Film;
 pub use gas::ionised::Glow;
-pub use gas::{GasCloud, IonisedGas, IonisingStar};
+pub use gas::{Gas, GasCloud, IonisedGas, IonisingStar};
 pub use inspect::inspect;
 pub use ionisation::tracer::RayTracer;
 pub use loader::Loader;
@@ -126,6 +126,13 @@ pub struct Provenance {
     pub text: Arc<str>,
     /// The files that were read for it, the scene's own first.
     pub files: Vec<PathBuf>,
+}
+
+impl From<&Scene> for Arc<Scene> {
+    /// A shared copy of the scene; large parts are shared with it.
+    fn from(scene: &Scene) -> Self {
+        Self::new(scene.clone())
+    }
 }
 
 impl Provenance {
@@ -317,7 +324,7 @@ impl Scene {
                 for band in &bands {
                     content.part(band.fingerprint());
                 }
-                loader.gas(content.finish(), || gas::mean(moments, |stars| gas::build(&gas, loader, &fields, stars, &bands)))
+                loader.gas(content.finish(), || gas::mean(moments, |stars| gas::solve(&gas, loader, &fields, stars, &bands)))
             };
             let nearest = match film.as_ref().filter(|_| !loader.is_rough) {
                 Some(film) => film.around(&gas, &fields, loader)?,
@@ -328,7 +335,8 @@ impl Scene {
                 Some([(before, first), (own, second), (after, third)]) => {
                     let solve = |knot: &film::Knot| solved(&knot.iter().map(Vec::as_slice).collect::<Vec<_>>());
                     let earlier = solve(&before)?.mixed(&*solve(&own)?, second / (first + second));
-                    Arc::new(earlier.mixed(&*solve(&after)?, third))
+                    let mixed = earlier.mixed(&*solve(&after)?, third);
+                    Arc::new(IonisedGas { derived_from: gas::sources(&stars, &bands), ..mixed })
                 }
             };
             for species in made.species.iter().cloned() {
@@ -431,6 +439,7 @@ impl Scene {
         for (key, density) in dust.chain(self.emission.iter().map(|gas| ("emission", &gas.density))) {
             at("", key, density.check())?;
         }
+        at("", "gas", self.check_gas())?;
         at("", "method", self.method.check())?;
         at("", "display", self.display.check())?;
         if let Some(observation) = &self.observation {

@@ -1,7 +1,7 @@
 //! The `[output]` table: what files hold beside a picture, and how.
 
 use crate::error::Result;
-use crate::image::{ColourSpace, Compression, Glare, LayerChannels, LayerChoice, Output};
+use crate::image::{ColourSpace, Compression, Glare, LayerChannels, LayerChoice, Output, SaveOptions};
 use crate::light::Part;
 use crate::memory;
 use crate::properties::{Choice, Choices, Key, KeyRow, OrDefault, Section, Table, Texts};
@@ -33,6 +33,11 @@ impl Choices for ColourPrecision {
 }
 
 impl Scene {
+    /// Display and encoding of its images in files.
+    pub fn save_options(&self) -> SaveOptions {
+        SaveOptions { display: self.display.clone(), output: self.output }
+    }
+
     /// Scene as rendered for files: without layers where no file stores them.
     ///
     /// # Errors

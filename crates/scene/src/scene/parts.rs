@@ -36,14 +36,6 @@ impl Parts {
         self.of(&[Part::Space, Part::Stars, Part::Spectra, Part::Amount, Part::Method])
     }
 
-    /// The parts of the same scene with its stars at other positions \[pc\].
-    #[must_use]
-    pub fn with_stars(mut self, stars: &[DVec3]) -> Self {
-        let mut digest = Digest::new("part");
-        self.0[Part::Stars as usize] = positions(stars.iter().copied(), &mut digest).finish();
-        self
-    }
-
     /// The parts in which another scene differs.
     pub fn differing(&self, other: &Self) -> Vec<Part> {
         Part::ALL.into_iter().filter(|part| self.get(*part) != other.get(*part)).collect()

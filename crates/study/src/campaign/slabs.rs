@@ -10,7 +10,7 @@ use barnard::control::Control;
 use barnard::geometry::Bounds;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planner, Quality};
 use barnard::scene::methods;
 use rayon::prelude::*;
 use spectra::extinction::{Extinction, LAWS, Maker};
@@ -237,7 +237,10 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
     let case = Case::new(place, number)?;
     let scene = barnard_files::parse("campaign.toml", "campaign", case.text.clone(), &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
     let options = Options::within(DEFAULT_LIMIT);
-    let done = Plan::sampled(&scene, &options, 8, control).and_then(|plan| Ok((backends::light(&scene, &plan, control)?, plan)));
+    let done = Planner::new(&options)
+        .with_quality(Quality::Fixed(8))
+        .plan(&scene, None, control)
+        .and_then(|plan| Ok((backends::light(&plan, control)?, plan)));
     let (light, plan) = match done {
         Ok(done) => done,
         Err(barnard::Error::Interrupted) => return Err(barnard::Error::Interrupted.into()),

@@ -1,7 +1,7 @@
 //! Error against time over real filters.
 
 use barnard::control::Control;
-use barnard::plan::Plan;
+use barnard::plan::Planned;
 
 use super::complexity::power;
 use super::scene::{Contender, Run as Frame, error};
@@ -71,7 +71,7 @@ fn run(control: &Control) -> Result<Findings> {
             timed.seconds = timed.seconds.min(frame.once(plan, control)?);
         }
     }
-    let (times, plans): (Vec<Timed>, Vec<Plan>) = plans.into_iter().unzip();
+    let (times, plans): (Vec<Timed>, Vec<Planned>) = plans.into_iter().unzip();
     let noise = noise(&frame, &times, plans, control)?;
     let mut measured = Vec::new();
     for filter in FILTERS {
@@ -207,7 +207,7 @@ fn spread(times: &[Timed]) -> f64 {
 }
 
 /// The error of `sampled` in a picture: a relative rms, beside the same march with many nodes.
-fn noise(frame: &Frame, times: &[Timed], plans: Vec<Plan>, control: &Control) -> Result<String> {
+fn noise(frame: &Frame, times: &[Timed], plans: Vec<Planned>, control: &Control) -> Result<String> {
     let (mut samples, mut exact) = (Vec::new(), None);
     for (timed, plan) in times.iter().zip(plans) {
         match (timed.name, timed.count) {

@@ -5,7 +5,7 @@ use crate::bench::timed;
 use barnard::control::Control;
 use barnard::image::{Image, relative_rms, worst};
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan, sample_functions};
+use barnard::plan::{Options, Planned, Planner, Quality, sample_functions};
 use barnard::scene::{Method, Scene};
 use spectra::rule::Settings;
 
@@ -81,20 +81,24 @@ impl Run {
     }
 
     /// The plan of a method as it is asked for, without pilots.
-    pub fn plan(&self, contender: &Contender, control: &Control) -> Result<Plan> {
+    pub fn plan(&self, contender: &Contender, control: &Control) -> Result<Planned> {
         let settings = Settings { count: contender.count, degree: contender.degree, ..Settings::default() };
         let method = Method { settings, ..self.scene.method.clone().with_name(contender.method)? };
-        Ok(Plan::sampled(&self.scene.clone().method(method), &Options::default(), contender.steps, control)?)
+        Ok(Planner::new(&Options::default()).with_quality(Quality::Fixed(contender.steps)).plan(
+            self.scene.clone().method(method),
+            None,
+            control,
+        )?)
     }
 
     /// Seconds a frame: the median of three, or one if that is long.
-    pub fn seconds(&self, plan: &Plan, control: &Control) -> Result<f64> {
-        Ok(timed(3, || backends::light(&self.scene, plan, control).map(|_| 0.0))?.0)
+    pub fn seconds(&self, plan: &Planned, control: &Control) -> Result<f64> {
+        Ok(timed(3, || backends::light(plan, control).map(|_| 0.0))?.0)
     }
 
     /// The seconds that one frame takes.
-    pub fn once(&self, plan: &Plan, control: &Control) -> Result<f64> {
-        Ok(timed(0, || backends::light(&self.scene, plan, control).map(|_| 0.0))?.0)
+    pub fn once(&self, plan: &Planned, control: &Control) -> Result<f64> {
+        Ok(timed(0, || backends::light(plan, control).map(|_| 0.0))?.0)
     }
 
     /// Resizes the scene to fewer pixels.
@@ -103,9 +107,9 @@ impl Run {
     }
 
     /// The picture of a plan at the scene's present size, whatever it was planned for.
-    pub fn image(&self, plan: Plan, control: &Control) -> Result<Image> {
+    pub fn image(&self, plan: Planned, control: &Control) -> Result<Image> {
         let plan = plan.with_size(self.scene.camera.width, self.scene.camera.height);
-        Ok(backends::picture(&self.scene, &plan, control)?)
+        Ok(backends::picture(&plan, control)?)
     }
 
     /// The picture of the reference.

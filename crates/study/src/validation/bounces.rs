@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use barnard::backend::path;
 use barnard::control::Control;
+use barnard::image::ScatteringError;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{ErrorEstimate, Options, Plan};
+use barnard::plan::{Options, Planned, Planner};
 use barnard::scene::{MANY_BOUNCES, Scene};
 
 use crate::figure::white;
@@ -92,7 +93,7 @@ struct Run {
     path_seconds: f64,
     planned: (f64, f64),
     frames: (f64, f64),
-    plan: Plan,
+    plan: Planned,
 }
 
 impl Run {
@@ -101,26 +102,26 @@ impl Run {
         let tracer = backends::paths(scene, path::Options::default().with_first(2).with_samples(PATHS), control)?;
         let path_seconds = start.elapsed().as_secs_f64();
         let (paths, errors) = tracer.film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
-        let planned = |bounces: usize| -> Result<(Plan, f64)> {
+        let planned = |bounces: usize| -> Result<(Planned, f64)> {
             let mut scene = scene.clone();
             scene.method.bounces = bounces;
             let start = Instant::now();
-            Ok((Plan::new(&scene, &Options::default(), control)?, start.elapsed().as_secs_f64()))
+            Ok((Planner::new(&Options::default()).plan(&scene, None, control)?, start.elapsed().as_secs_f64()))
         };
         let ((once, once_planned), (plan, many_planned)) = (planned(1)?, planned(MANY_BOUNCES)?);
-        let large = |plan: &Plan| plan.clone().with_size(TIMED, TIMED);
+        let large = |plan: &Planned| plan.clone().with_size(TIMED, TIMED);
         let (large_once, large_many) = (large(&once), large(&plan));
         let mut frames = (f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
             for (plan, shortest) in [(&large_once, &mut frames.1), (&large_many, &mut frames.0)] {
                 let start = Instant::now();
-                backends::light(scene, plan, control)?;
+                backends::light(plan, control)?;
                 *shortest = shortest.min(start.elapsed().as_secs_f64());
             }
         }
         Ok(Self {
-            once: backends::values(scene, &once, control)?,
-            many: backends::values(scene, &plan, control)?,
+            once: backends::values(&once, control)?,
+            many: backends::values(&plan, control)?,
             paths,
             errors,
             path_seconds,
@@ -162,7 +163,7 @@ impl Run {
     fn errors_in_words(&self, asked: f64) -> Vec<String> {
         let percent = |v: f64| format!("{:.1} %", 100.0 * v);
         let error_estimate = self.plan.scattered_field().as_ref().and_then(|d| d.report.error_estimate);
-        let stated = |value: fn(&ErrorEstimate) -> f64| error_estimate.as_ref().map_or("unknown".into(), |d| percent(value(d)));
+        let stated = |value: fn(&ScatteringError) -> f64| error_estimate.as_ref().map_or("unknown".into(), |d| percent(value(d)));
         vec![
             percent(self.share()),
             percent(self.error()),

@@ -5,7 +5,7 @@ use std::time::Instant;
 use barnard::backend::path;
 use barnard::control::Control;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::{Options, Plan};
+use barnard::plan::{Options, Planned, Planner};
 use barnard::scene::Scene;
 
 use crate::figure::white;
@@ -61,25 +61,25 @@ fn scene(stars: usize, exact: Option<usize>) -> Result<Scene> {
 }
 
 /// A plan, and what it took [s].
-fn planned(scene: &Scene, control: &Control) -> Result<(Plan, f64)> {
+fn planned(scene: &Scene, control: &Control) -> Result<(Planned, f64)> {
     let options = Options::within(DEFAULT_LIMIT);
     let start = Instant::now();
-    let plan = Plan::new(scene, &options, control)?;
+    let plan = Planner::new(&options).plan(scene, None, control)?;
     Ok((plan, start.elapsed().as_secs_f64()))
 }
 
-fn of_size(plan: &Plan, edge: usize) -> Plan {
+fn of_size(plan: &Planned, edge: usize) -> Planned {
     plan.clone().with_size(edge, edge)
 }
 
 /// Seconds of a frame of each plan of scenes like `scene`, `edge` pixels an edge, the shortest of some in turn.
-fn frames(scene: &Scene, plans: [&Plan; 2], edge: usize, control: &Control) -> Result<[f64; 2]> {
+fn frames(plans: [&Planned; 2], edge: usize, control: &Control) -> Result<[f64; 2]> {
     let large = plans.map(|plan| of_size(plan, edge));
     let mut shortest = [f64::INFINITY; 2];
     for _ in 0..ROUNDS {
         for (plan, shortest) in large.iter().zip(&mut shortest) {
             let start = Instant::now();
-            backends::light(scene, plan, control)?;
+            backends::light(plan, control)?;
             *shortest = shortest.min(start.elapsed().as_secs_f64());
         }
     }
@@ -103,7 +103,7 @@ fn percent(v: f64) -> String {
 struct Run {
     stars: usize,
     scene: Scene,
-    plan: Plan,
+    plan: Planned,
     /// Seconds of the plan.
     planned: f64,
     /// The length of a frame, relative to one star.
@@ -111,11 +111,11 @@ struct Run {
 }
 
 impl Run {
-    fn new(stars: usize, one: &Plan, control: &Control) -> Result<Self> {
+    fn new(stars: usize, one: &Planned, control: &Control) -> Result<Self> {
         control.check()?;
         let scene = scene(stars, None)?;
         let (plan, planned) = planned(&scene, control)?;
-        let [alone, all] = frames(&scene, [one, &plan], TIMED, control)?;
+        let [alone, all] = frames([one, &plan], TIMED, control)?;
         Ok(Self { stars, scene, plan, planned, ratio: all / alone })
     }
 
@@ -123,7 +123,7 @@ impl Run {
     fn against_paths(&self, control: &Control) -> Result<Vec<String>> {
         let options = path::Options::default().with_samples(PATHS);
         let tracer = backends::paths(&self.scene, options, control)?;
-        let (wrong, chance) = error(&backends::values(&self.scene, &self.plan, control)?, &tracer.film);
+        let (wrong, chance) = error(&backends::values(&self.plan, control)?, &tracer.film);
         let gathered = self.plan.scattered_field().as_ref().and_then(|d| d.report.far_field);
         Ok(vec![
             self.stars.to_string(),
@@ -138,13 +138,13 @@ impl Run {
     }
 
     /// Copy of the stars one by one, where there are some and not too many.
-    fn one_by_one(&self, one: &Plan, control: &Control) -> Result<Option<OneByOne>> {
+    fn one_by_one(&self, one: &Planned, control: &Control) -> Result<Option<OneByOne>> {
         if !(2..=ONE_BY_ONE).contains(&self.stars) {
             return Ok(None);
         }
         let (exact, planned) = planned(&scene(self.stars, Some(self.stars))?, control)?;
-        let [alone, all] = frames(&self.scene, [one, &exact], SHOWN, control)?;
-        let shown = |plan: &Plan| backends::values(&self.scene, &of_size(plan, SHOWN), control);
+        let [alone, all] = frames([one, &exact], SHOWN, control)?;
+        let shown = |plan: &Planned| backends::values(&of_size(plan, SHOWN), control);
         Ok(Some(OneByOne { gathered: shown(&self.plan)?, exact: shown(&exact)?, planned, ratio: all / alone }))
     }
 }

@@ -22,7 +22,7 @@ use crate::engine::Engine;
 use crate::export::Export;
 use crate::files::{Files, Purpose};
 use crate::flight::Flight;
-use crate::order::Quality;
+use crate::order::Refinement;
 use crate::panels;
 use crate::picture::Picture;
 use crate::session::Session;
@@ -38,7 +38,7 @@ pub struct Shown {
     /// The number of their order.
     number: u64,
     /// The quality that they have reached.
-    pub quality: Quality,
+    pub quality: Refinement,
     /// The scene's picture, and what it is compared with.
     pub pictures: Vec<Picture>,
     /// Their colours as textures.
@@ -156,7 +156,7 @@ impl App {
 
     /// True if the last picture is that of `barnard render`, of all that was asked for.
     pub fn is_settled(&self) -> bool {
-        let settled = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Quality::Settled;
+        let settled = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Refinement::Settled;
         self.ordered.as_ref().zip(self.shown.as_ref()).is_some_and(settled) && !self.document.is_rough()
     }
 
@@ -340,7 +340,7 @@ impl App {
         let Some(path) = free else { return self.complain("this folder has ten thousand screenshots; move some away") };
         let pixels: Vec<u8> = picture.colours.iter().flat_map(|c| [c.r(), c.g(), c.b()]).collect();
         let size = (picture.image.width, picture.image.height);
-        let written = barnard_files::formats::encode_png(size, &pixels, &picture.image.notes)
+        let written = barnard_files::formats::encode_png(size, &pixels, &picture.image.statements())
             .and_then(|bytes| barnard_files::formats::replace(&path, &bytes));
         match written {
             Ok(()) => self.tell(format!("wrote {}", std::path::absolute(&path).unwrap_or(path).display())),

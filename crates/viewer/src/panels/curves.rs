@@ -107,7 +107,7 @@ impl Strip {
 
 /// A key that is dragged, and what was so when it was taken hold of: scales follow the key, and texts round it.
 #[derive(Clone, Copy)]
-struct Held {
+struct DraggedKey {
     key: usize,
     /// Its number, where it has one that may be between others, and the number for each point upwards.
     number: Option<f64>,
@@ -164,18 +164,18 @@ fn curve(ui: &mut Ui, app: &mut App, track: usize, of: &str, values: &Track) {
             Track::Numbers(_) => values.numbers(times[key]).filter(|v| v.len() == 1).map(|v| v[0]),
             Track::Said(_) => None,
         };
-        let of = |key| Held { key, number: number(key), a_point: strip.a_point(), duration: strip.duration };
+        let of = |key| DraggedKey { key, number: number(key), a_point: strip.a_point(), duration: strip.duration };
         let taken = nearest(began.x).map(of);
         ui.data_mut(|data| data.insert_temp(held, taken));
     }
-    let taken = ui.data(|data| data.get_temp::<Option<Held>>(held)).flatten().filter(|held| held.key < times.len());
+    let taken = ui.data(|data| data.get_temp::<Option<DraggedKey>>(held)).flatten().filter(|held| held.key < times.len());
     let edit = if strip.response.secondary_clicked() {
         nearest(pointer.x).map(|key| dropped(track, key))
     } else if strip.response.double_clicked() {
         let time = (1e3 * strip.time(pointer.x)).round() / 1e3;
         let is_free = times.iter().all(|own| (own - time).abs() >= APART);
         is_free.then(|| added(track, times.partition_point(|own| *own < time), time, &values.at(time)))
-    } else if let (true, Some(Held { key, number, a_point, duration })) = (strip.response.dragged(), taken) {
+    } else if let (true, Some(DraggedKey { key, number, a_point, duration })) = (strip.response.dragged(), taken) {
         let least = if key > 0 { times[key - 1] + APART } else { 0.0 };
         let most = times.get(key + 1).map_or(duration, |next| next - APART);
         let time = (1e3 * strip.time(pointer.x) * duration / strip.duration).round() / 1e3;

@@ -6,7 +6,7 @@ use super::short;
 use crate::app::App;
 use crate::comparison::With;
 use crate::editor::{self, Edits};
-use crate::order::Quality;
+use crate::order::Refinement;
 
 /// Shows the panel of the method.
 pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
@@ -18,14 +18,14 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
     }
     let Some(shown) = &app.shown else { return };
     let Some(picture) = shown.pictures.first() else { return };
-    if shown.quality < Quality::Settled {
+    if shown.quality < Refinement::Settled {
         ui.weak("preview: the error is measured when nothing changes");
     } else {
         for (b, band) in picture.image.bands.iter().enumerate() {
-            let worst = picture.plan.worst_certificate(b, &picture.stats);
-            ui.label(format!("{}: {worst}", band.name)).on_hover_text(band.certificate.join("\n"));
+            let worst = picture.image.report.worst_words(&band.name);
+            ui.label(format!("{}: {worst}", band.name)).on_hover_text(picture.image.band_words(b).join("\n"));
         }
-        for (key, words) in picture.plan.notes() {
+        for (key, words) in picture.image.report.words() {
             ui.label(format!("{key}: {words}"));
         }
     }

@@ -87,8 +87,8 @@ fn pictures_are_saved() {
     let scene = harness.state().document.scene();
     let options = barnard::plan::Options::within(LIMIT);
     let control = barnard::control::Control::default();
-    let plan = barnard::plan::Plan::new(scene, &options, &control).unwrap();
-    let rendered = barnard::backend::cpu::render(scene, &plan, &control).unwrap().0;
+    let plan = barnard::plan::Planner::new(&options).plan(scene.clone(), None, &control).unwrap();
+    let rendered = barnard::backend::Renderer::new(&mut barnard::backend::cpu::Cpu).render(&plan, &control).unwrap().0;
     assert_eq!(image.samples, rendered.samples);
 }
 

@@ -25,7 +25,7 @@ use super::borders::moved_out;
 use super::march::March;
 use super::tables::Tables;
 use super::{ENTRY, TILE};
-use crate::backend::finish::{draw_behind, end_of_space, told};
+use crate::backend::finish::{draw_behind, end_of_space, stated};
 use crate::backend::{Radiance, RenderStats};
 use crate::camera::{Camera, Projection};
 use crate::control::{Control, Stage};
@@ -35,7 +35,7 @@ use crate::geometry::{Bounds, Ray};
 use crate::image::Image;
 use crate::memory;
 use crate::packet::{LANES, Lane, exp, lanes};
-use crate::plan::{BrickFields, Options, Plan, Stepping};
+use crate::plan::{BrickFields, Options, Plan, Planner, Stepping};
 use crate::points;
 use crate::scene::Scene;
 
@@ -48,7 +48,7 @@ const BESIDE_SUMS: usize = 2;
 /// Data shared by all bricks of a volume: a scene of coarse fields with its plan, and where the voxels are.
 #[derive(Debug)]
 pub struct Whole {
-    scene: Scene,
+    scene: Arc<Scene>,
     plan: Plan,
     partition: Partition,
     memory_limit: u64,
@@ -73,7 +73,7 @@ impl Whole {
     /// volume is cut at `cuts`: where bricks begin along each axis, and the end of the last.
     ///
     /// # Errors
-    /// Errors of [`Plan::new`]; features that bricks do not support: stereo, multiple scattering, detail, aggregated stars, rules
+    /// Errors of [`Planner::plan`]; features that bricks do not support: stereo, multiple scattering, detail, aggregated stars, rules
     /// without exponentials; fields with several boxes; cuts that do not cover the volume.
     pub fn new(scene: &Scene, dims: [usize; 3], cuts: [Vec<usize>; 3], options: &Options, control: &Control) -> Result<Self> {
         // Bricks have the depths of stars at their own voxels.
@@ -88,7 +88,8 @@ impl Whole {
         if scene.detail.is_some() {
             return refused("[detail]", "remove [detail]");
         }
-        let mut plan = Plan::new(scene, &options, control)?;
+        let planned = Planner::new(&options).plan(scene, None, control)?;
+        let mut plan = planned.plan().clone();
         if plan.space.many_lights.is_some() {
             return refused("aggregated stars", "set exact_stars to the number of stars");
         }
@@ -106,7 +107,7 @@ impl Whole {
         let lattice = Lattice { dims, bounds };
         // Each brick brings its own.
         Arc::make_mut(&mut plan.space).volumes = Vec::new();
-        Ok(Self { scene: scene.clone(), plan, partition: Partition::new(lattice, cuts)?, memory_limit: options.memory_limit })
+        Ok(Self { scene: planned.scene().clone(), plan, partition: Partition::new(lattice, cuts)?, memory_limit: options.memory_limit })
     }
 
     /// The plan of the coarse volume, without what a march reads of it.
@@ -321,7 +322,7 @@ impl Whole {
         let mut radiance = Radiance::single(data, stats);
         let before = |number: usize, _: &Ray, _: f64| all.points.get(number).copied().unwrap_or(0.0);
         let points = draw_behind(plan.sources, &self.scene, plan, before, control, |i, value| radiance.samples.add(i, value))?;
-        Ok((Image { points, ..told(&self.scene, plan, radiance, ENTRY.name)? }, stats))
+        Ok((Image { points, ..stated(&self.scene, plan, radiance, ENTRY.name)? }, stats))
     }
 }
 

@@ -29,11 +29,9 @@ use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::geometry::Ray;
-use crate::image::Image;
 use crate::light::Part;
 use crate::packet::LANES;
-use crate::plan::{Options, Plan};
-use crate::scene::Scene;
+use crate::plan::Plan;
 use march::March;
 pub(crate) use plates::{Combined, combined};
 use tables::Tables;
@@ -57,14 +55,6 @@ pub struct Cpu;
 impl Backend for Cpu {
     fn name(&self) -> String {
         ENTRY.name.into()
-    }
-
-    fn unable(&self, _: &Job, _: &Control) -> Result<Option<String>> {
-        Ok(None)
-    }
-
-    fn prepare(&mut self, job: &Job, control: &Control) -> Result<()> {
-        job.plan(control).map(drop)
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
@@ -179,12 +169,4 @@ fn marched(
     };
     let depth = strips.into_par_iter().enumerate().map(strip).try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?;
     Ok((data, depth))
-}
-
-/// Renders a plan of `scene`.
-///
-/// # Errors
-/// If the plan was made of another scene, if values are not numbers, and on interruption by the user.
-pub fn render(scene: &Scene, plan: &Plan, control: &Control) -> Result<(Image, RenderStats)> {
-    Cpu.render(&Job::planned(scene, &Options::default(), plan)?, control)
 }

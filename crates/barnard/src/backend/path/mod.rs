@@ -18,17 +18,17 @@ use rayon::prelude::*;
 
 pub use film::{Estimate, Film};
 
-use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
+use super::finish::drawn_exactly;
+use super::{Backend, BackendEntry, DeviceUse, Input, Job, Radiance, RenderStats};
 use crate::backend::seen_detail::SeenDetail;
 use crate::control::{Control, Stage};
-use crate::error::Result;
-use crate::image::{Band, Image, Samples};
-use crate::keywords;
+use crate::error::{Error, Result};
+use crate::image::{Image, PathReport, Report, Samples};
 use crate::light::lights;
 use crate::memory;
 use crate::random::Counter;
 pub use crate::scene::PathOptions as Options;
-use crate::scene::Scene;
+use crate::scene::{REFERENCE_ACCURACY, Scene};
 use tracer::Tracer;
 
 /// The row of this back end in the catalogue.
@@ -63,18 +63,18 @@ impl Backend for PathTracer {
         ENTRY.name.into()
     }
 
-    fn unable(&self, _: &Job, _: &Control) -> Result<Option<String>> {
-        Ok(None)
+    fn input(&self) -> Input {
+        Input::Scene { accuracy: REFERENCE_ACCURACY }
     }
 
-    fn parts_by(&self) -> PartsBy {
-        PartsBy::Nothing
+    fn unsupported(&self, job: &Job, _: &Control) -> Result<Option<String>> {
+        Ok(check(job.scene()).err().map(|error| error.to_string()))
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
         check_memory(job.scene(), job.options().memory_limit)?;
         let scene = job.scene();
-        scene.check()?;
+        check(scene)?;
         let lights = lights(scene)?;
         let detail = SeenDetail::of(scene, job.options(), control)?;
         let tracer = Tracer::new(scene, &lights, detail.as_ref(), self.options.first..=scene.method.bounces, control)?;
@@ -83,14 +83,31 @@ impl Backend for PathTracer {
             self.film = Film::default();
         }
         trace_by(&tracer, scene, &self.options, &mut self.film, control, &mut |_| ())?;
-        let samples = Samples::Double(self.film.estimates.iter().map(|e| e.mean).collect());
-        Ok(Radiance { samples, stats: RenderStats::of_rays(self.film.samples * self.film.estimates.len() as u64) })
+        Ok(light(scene, &self.film, &self.options))
     }
+}
 
-    /// Bands of standard errors stand behind those of the radiances.
-    fn finish(&self, job: &Job, _: Radiance, control: &Control) -> Result<Image> {
-        image(job.scene(), &self.film, &self.options, control)
+/// Refuses what paths do not tell apart.
+fn check(scene: &Scene) -> Result<()> {
+    if !scene.output.layers.light {
+        return Ok(());
     }
+    let alternative = "use cpu, gpu or reference, or remove \"light\" from layers";
+    Err(Error::unsupported("layers of light", "back end path", alternative))
+}
+
+/// The light that `film` holds, with its standard errors.
+fn light(scene: &Scene, film: &Film, options: &Options) -> Radiance {
+    let values = |value: fn(&Estimate) -> f64| Samples::Double(film.estimates.iter().map(value).collect());
+    let error = |estimate: &Estimate| Some(estimate.error()).filter(|error| error.is_finite()).unwrap_or(0.0);
+    let report = Report {
+        method: Some("unbiased path tracer".into()),
+        bounces: Some(scene.method.bounces),
+        paths: Some(PathReport { per_pixel: film.samples, seed: options.seed, skipped: film.bad }),
+        ..Report::default()
+    };
+    let stats = RenderStats::of_rays(film.samples * film.estimates.len() as u64);
+    Radiance { errors: Some(values(error)), report, ..Radiance::new(values(|estimate| estimate.mean), stats) }
 }
 
 /// Refuses a picture whose sums, those of a pass beside them and the picture itself take more memory than allowed.
@@ -220,29 +237,10 @@ fn is_met(film: &Film, bands: usize, options: &Options) -> bool {
     options.target_error.is_some_and(|target| film.samples > 0 && (0..bands).all(|b| film.relative_error(b, bands) <= target))
 }
 
-/// The picture that `film` holds, its bands followed by their standard errors, with points as `reference` draws them.
+/// The image that `film` holds, its bands followed by their standard errors, with stars as `reference` draws them.
 ///
 /// # Errors
-/// If a point's light cannot be told, and on interruption by the user.
+/// A star field with too many stars, and interruption by the user.
 pub fn image(scene: &Scene, film: &Film, options: &Options, control: &Control) -> Result<Image> {
-    let mut data: Vec<f64> = film.estimates.iter().map(|e| e.mean).collect();
-    let points = super::reference::draw_points(scene, crate::scene::REFERENCE_ACCURACY, control, |i, value| data[i] += value)?;
-    data.extend(film.estimates.iter().map(|e| if e.error().is_finite() { e.error() } else { 0.0 }));
-    let mut image = Image { points, ..describe(scene, &scene.camera, Samples::Double(data)) };
-    let errors: Vec<Band> = image.bands.iter().map(|band| Band { keywords: Vec::new(), ..band.of_errors() }).collect();
-    image.bands.extend(errors);
-    image.notes.push((
-        "backend".into(),
-        format!("path, {} paths per pixel, at most {} bounces, seed {}", film.samples, scene.method.bounces, options.seed),
-    ));
-    image.keywords.extend([
-        keywords::text("BACKEND", "path", "unbiased path tracer"),
-        keywords::integer("BOUNCES", scene.method.bounces, "largest number of scatterings"),
-        keywords::integer("NPATHS", film.samples as usize, "paths per pixel"),
-        keywords::integer("SEED", options.seed as usize, "seed of the random numbers"),
-    ]);
-    if film.bad > 0 {
-        image.notes.push(("bad paths".into(), format!("{} were not finite and were skipped", film.bad)));
-    }
-    Ok(image)
+    drawn_exactly(scene, REFERENCE_ACCURACY, light(scene, film, options), ENTRY.name, control)
 }

@@ -26,17 +26,15 @@ use rayon::prelude::*;
 use spectra::quadrature::integrate;
 use spectra::rule::truth_points;
 
-use super::{Backend, BackendEntry, DeviceUse, Job, PartsBy, Radiance, RenderStats, describe};
+use super::{Backend, BackendEntry, DeviceUse, Input, Job, Radiance, RenderStats};
 use crate::backend::seen_detail::SeenDetail;
 use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::Ray;
-use crate::image::{Image, PointSource, Samples};
-use crate::keywords;
+use crate::image::{PointSource, Report, Samples};
 use crate::light::{Light, Route, factor, law, lights};
-use crate::plan::Options;
 use crate::points::{self, Sources};
 use crate::scene::{Dust, Scene};
 use profile::Profile;
@@ -86,47 +84,33 @@ pub struct Reference {
     pub accuracy: f64,
 }
 
-/// Renders `scene` to `accuracy` of each pixel's radiance.
-///
-/// # Errors
-/// Errors of [`Scene::check`], if light scatters more than once, and on interruption by the user.
-pub fn render(scene: &Scene, accuracy: f64, control: &Control) -> Result<Image> {
-    Ok(Reference { accuracy }.render(&Job::new(scene, &Options::default())?, control)?.0)
-}
-
 impl Backend for Reference {
     fn name(&self) -> String {
         ENTRY.name.into()
     }
 
-    fn unable(&self, job: &Job, _: &Control) -> Result<Option<String>> {
-        Ok(check(job.scene()).err().map(|e| e.to_string()))
+    fn input(&self) -> Input {
+        Input::Scene { accuracy: self.accuracy }
     }
 
-    fn parts_by(&self) -> PartsBy {
-        PartsBy::Scene
+    fn unsupported(&self, job: &Job, _: &Control) -> Result<Option<String>> {
+        Ok(check(job.scene()).err().map(|e| e.to_string()))
     }
 
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
         let scene = job.scene();
-        scene.check()?;
         check(scene)?;
         let rays = scene.camera.width * scene.camera.height * scene.camera.supersampling.pow(2);
         let detail = SeenDetail::of(scene, job.options(), control)?;
         let samples = Samples::Double(extended(scene, detail, self.accuracy, control)?);
-        Ok(Radiance { samples, stats: RenderStats::of_rays(rays as u64) })
-    }
-
-    fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
-        let (scene, mut samples) = (job.scene(), radiance.samples);
-        let points = draw_points(scene, self.accuracy, control, |i, value| samples.add(i, value))?;
-        let mut image = Image { points, ..describe(scene, &scene.camera, samples) };
-        let accuracy = self.accuracy;
-        image.notes.push(("backend".into(), format!("reference, accuracy {accuracy:e} of each pixel")));
-        image.keywords.push(keywords::text("BACKEND", "reference", "adaptive integration in double precision"));
-        image.keywords.push(keywords::integer("BOUNCES", 1, "largest number of scatterings"));
-        image.keywords.extend(keywords::number("ACCURACY", accuracy, "requested, relative to each pixel"));
-        Ok(image)
+        let report = Report {
+            method: Some("adaptive integration in double precision".into()),
+            bounces: Some(1),
+            accuracy: Some(self.accuracy),
+            notes: vec![("accuracy".into(), format!("{:e} of each pixel", self.accuracy))],
+            ..Report::default()
+        };
+        Ok(Radiance { report, ..Radiance::new(samples, RenderStats::of_rays(rays as u64)) })
     }
 }
 

@@ -25,10 +25,10 @@ use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::geometry::{Bounds, Ray};
 use crate::memory;
-use crate::plan::Settings;
+use crate::plan::Options;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, PROFILE, Profile};
 use crate::plan::star_depths::{self, Progress};
-use crate::scene::{Method, Scene, Star, StarDepthSource};
+use crate::scene::{Scene, Star, StarDepthSource};
 use crate::volume::{Bricks, Channel, ChannelMut, Volume};
 
 /// So many stars are all marched one by one, unless told otherwise.
@@ -74,7 +74,8 @@ struct Group {
 }
 
 /// The stars of `scene` that `method` gathers, from the brightest on.
-pub fn members(scene: &Scene, method: &Method) -> Vec<usize> {
+pub fn members(scene: &Scene) -> Vec<usize> {
+    let method = &scene.method;
     let can = scene.dust.is_some() && method.entry.rule.nodes && method.entry.star_depth == StarDepthSource::Cached;
     if !can || scene.stars.len() <= method.exact_stars.unwrap_or(ALL) {
         return Vec::new();
@@ -112,7 +113,7 @@ impl ManyLights {
         members: &[usize],
         places: &[DVec3],
         dust: &Arc<Grid>,
-        settings: &Settings,
+        options: &Options,
         control: &Control,
     ) -> Result<Self> {
         // The order is that of places, whatever shines.
@@ -121,7 +122,7 @@ impl ManyLights {
         let mut groups = Vec::new();
         group(&mut stars, places, 0, &mut groups);
         let own: Vec<DVec3> = stars.iter().map(|star| places[*star]).collect();
-        let (merged, lattice) = fitting(dust, stars.len(), settings)?;
+        let (merged, lattice) = fitting(dust, stars.len(), options)?;
         let known = before.filter(|b| Arc::ptr_eq(&b.dust, dust) && b.depths.first().is_some_and(|d| d.inner == lattice));
         let bits = |place: &DVec3| place.to_array().map(f64::to_bits);
         let known: HashMap<[u64; 3], &Arc<Volume>> = known.iter().flat_map(|b| b.places.iter().map(bits).zip(&b.depths)).collect();
@@ -259,7 +260,7 @@ fn representatives(members: &[usize], stars: usize) -> Vec<usize> {
 }
 
 /// Dust that is merged for sweeps, and the lattice of the depths of `count` stars that fits into memory.
-fn fitting(dust: &Grid, count: usize, settings: &Settings) -> Result<(Grid, Lattice)> {
+fn fitting(dust: &Grid, count: usize, options: &Options) -> Result<(Grid, Lattice)> {
     let longest = dust.lattice().dims.into_iter().max().unwrap_or(1);
     // The sweeps of a lattice read the dust at two places a voxel.
     let merged = dust.merged(longest.div_ceil(2 * EDGE), 1.0);
@@ -269,11 +270,11 @@ fn fitting(dust: &Grid, count: usize, settings: &Settings) -> Result<(Grid, Latt
     };
     let bytes = |lattice: &Lattice| Volume::zeroed(lattice, vec![Channel::StarDepth(0)]).bytes().saturating_mul(count as u64);
     let mut edge = EDGE;
-    while bytes(&lattice_of(edge)) > settings.memory_limit / MEMORY_SHARE && edge > MIN_EDGE {
+    while bytes(&lattice_of(edge)) > options.memory_limit / MEMORY_SHARE && edge > MIN_EDGE {
         edge = (edge / 2).max(MIN_EDGE);
     }
     let lattice = lattice_of(edge);
-    memory::check(&format!("depths of {count} stars"), bytes(&lattice), settings.memory_limit)?;
+    memory::check(&format!("depths of {count} stars"), bytes(&lattice), options.memory_limit)?;
     Ok((merged, lattice))
 }
 
@@ -317,9 +318,8 @@ mod tests {
     }
 
     fn many_lights(before: Option<&ManyLights>, places: &[DVec3], dust: &Arc<Grid>) -> ManyLights {
-        let settings = Settings { method: Method::default(), memory_limit: memory::DEFAULT_LIMIT, sweeper: None, star_depth_voxels: 1 };
         let members: Vec<usize> = (0..places.len()).collect();
-        ManyLights::new(before, &members, places, dust, &settings, &Control::default()).unwrap()
+        ManyLights::new(before, &members, places, dust, &Options::default(), &Control::default()).unwrap()
     }
 
     /// Rows of depths and profiles are those of exact columns, as far as merged dust goes.

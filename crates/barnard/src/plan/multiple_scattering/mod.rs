@@ -53,17 +53,19 @@ use self::harmonics::{DEGREE, harmonics};
 use self::lanes::{EightLanes, WIDTH};
 use self::moments::Moments;
 use self::problem::{Fitting, Problem};
-pub use self::report::{ErrorEstimate, FarFieldReport, ScatteringReport};
+pub use self::report::{FarFieldReport, ScatteringReport};
 use self::solve::{Discretization, Solution};
 use self::spot_check::FirstLight;
 use self::term::scattering;
 use self::view::View;
+use super::SpectralPlan;
 use super::draft::Draft;
-use super::{Settings, SpectralPlan};
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
+use crate::image::ScatteringError;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
+use crate::scene::Method;
 use crate::volume::{Channel, Volume};
 
 /// Interface for devices that sweep orders of scattering.
@@ -125,8 +127,8 @@ pub struct MultipleScattering {
 ///
 /// # Errors
 /// That is [`OneBounce`](crate::Error::OneBounce).
-pub(super) fn check(spectral: &SpectralPlan, settings: &Settings) -> Result<()> {
-    let mut bands = spectral.bands.iter().filter(|_| settings.method.bounces > 1);
+pub(super) fn check(spectral: &SpectralPlan, method: &Method) -> Result<()> {
+    let mut bands = spectral.bands.iter().filter(|_| method.bounces > 1);
     bands.try_for_each(|band| problem::nodes(band).map(|_| ()))
 }
 
@@ -174,7 +176,7 @@ impl MultipleScattering {
         own.report.error_estimate = halves.as_ref().map(|(half, other)| {
             // Of light that was scattered before, alone.
             let alone = own.field.many_lights.as_ref().map(|_| own.scattered_before());
-            ErrorEstimate { spatial: half.differs_from(alone.as_ref().unwrap_or(&own)), angular: other.differs_from(half) }
+            ScatteringError { spatial: half.differs_from(alone.as_ref().unwrap_or(&own)), angular: other.differs_from(half) }
         });
         own.halves = halves.map(Arc::new);
         Ok(Some(own))

@@ -45,7 +45,7 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// For rules that have no nodes.
     pub fn new(draft: &'a Draft) -> Result<Option<Self>> {
-        let gathers = draft.settings.method.bounces > 1 || draft.space.many_lights.is_some();
+        let gathers = draft.scene.method.bounces > 1 || draft.space.many_lights.is_some();
         let (Some(dust), Some(scattering), true) = (&draft.space.dust, &draft.scene.dust, gathers) else { return Ok(None) };
         let term = |node: &Node| Term {
             k: node.k,
@@ -55,12 +55,12 @@ impl<'a> Problem<'a> {
         };
         let nodes = draft.spectral.bands.iter().map(nodes).collect::<Result<Vec<_>>>()?;
         let terms = nodes.into_iter().flatten().map(term).collect();
-        Ok(Some(Self { draft, dust, terms, sweepers: Sweepers::new(draft.settings.sweeper.as_deref()) }))
+        Ok(Some(Self { draft, dust, terms, sweepers: Sweepers::new(draft.options.sweeper.as_deref()) }))
     }
 
     /// True if light scatters more than once.
     pub fn scatters_again(&self) -> bool {
-        self.draft.settings.method.bounces > 1
+        self.draft.scene.method.bounces > 1
     }
 
     /// As many cells as `fineness` says, or as the memory limit lets be.
@@ -68,7 +68,7 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// If even the fewest do not fit.
     pub fn fitting(&self, fineness: Fineness) -> Result<Fitting> {
-        let Draft { settings, space, .. } = self.draft;
+        let Draft { options, space, .. } = self.draft;
         let harmonics = count(self.kept_degree(fineness));
         let parts = self.terms.len().div_ceil(WIDTH) as u64;
         // All orders of each part, two orders of one where it is swept, what the march reads, and that as it is
@@ -82,7 +82,7 @@ impl<'a> Problem<'a> {
             // A quarter more for the halves beside it.
             (field + glow) / 4 * 5 + Moments::bytes(count, 1) * gathered
         };
-        let limit = settings.memory_limit;
+        let limit = options.memory_limit;
         let mut edge = fineness.cells;
         let mut cells = self.cells(edge);
         while bytes_of(&cells) > limit.saturating_sub(space.bytes()) && edge > MIN {

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::image::ScatteringError;
+
 /// Facts about a solution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScatteringReport {
@@ -22,7 +24,7 @@ pub struct ScatteringReport {
     /// True if the orders went as a geometric series in the end.
     pub settled: bool,
     /// The error of the field for the first camera; none where it was made for a preview.
-    pub error_estimate: Option<ErrorEstimate>,
+    pub error_estimate: Option<ScatteringError>,
     /// The first light of the gathered stars, where the field has some.
     pub far_field: Option<FarFieldReport>,
     /// The bytes that the field takes.
@@ -41,16 +43,6 @@ pub struct FarFieldReport {
     /// The mean difference from the exact light towards the first camera, in parts of its mean, at places in the dust;
     /// nothing where it was not measured.
     pub error: Option<f64>,
-}
-
-/// Errors of the field as half as many cells an edge, and other directions there, let them be estimated: relative rms
-/// over the dust.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ErrorEstimate {
-    /// The error of the cells.
-    pub spatial: f64,
-    /// The error of the directions.
-    pub angular: f64,
 }
 
 impl std::fmt::Display for FarFieldReport {
@@ -98,7 +90,7 @@ impl std::fmt::Display for ScatteringReport {
             100.0 * series
         )?;
         match error_estimate {
-            Some(ErrorEstimate { spatial, angular }) => {
+            Some(ScatteringError { spatial, angular }) => {
                 write!(
                     f,
                     ", spatial about {:.1} %, angular about {:.1} % (from a coarser grid and other directions)",

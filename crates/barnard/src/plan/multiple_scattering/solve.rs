@@ -66,7 +66,7 @@ impl Problem<'_> {
                 direct_sources: DirectSources::new(self.draft, p * WIDTH, terms, &glow),
                 directions: fineness.directions,
                 harmonics: count(self.kept_degree(fineness)),
-                bounces: self.draft.settings.method.bounces,
+                bounces: self.draft.scene.method.bounces,
             };
             let DirectSources { unit, ref many_lights, .. } = origin.direct_sources;
             let (near, sent) = (self.nearest(&origin), many_lights.clone());

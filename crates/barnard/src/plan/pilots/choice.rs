@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use super::{Pilot, Shading, march, measures, pilots, relative_error, unresolved};
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::image::{SpatialError, UnresolvedStars};
 use crate::plan::draft::Draft;
 use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
-use crate::plan::spatial_error::{Spatial, Unresolved};
-use crate::plan::{BandPlan, END_SHARE, LightField, Settings, SpatialPlan, Stepping};
+use crate::plan::{BandPlan, END_SHARE, LightField, Options, SpatialPlan, Stepping};
+use crate::scene::Scene;
 
 /// The part of the accuracy that the pilots may use up: rays between them can be worse.
 const SHARE: f64 = 0.7;
@@ -55,11 +56,13 @@ const FINE_BYTES: u64 = 64 << 20;
 /// Finds how finely the star depths must be baked and, where the settings do not say it, the rays sampled; the former
 /// matters not where a `field` holds the light, whose whole error is then measured.
 pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) -> Result<Stepping> {
-    let Draft { scene, settings, lights, space, spectral, .. } = draft;
+    let Draft { scene, options, lights, space, spectral, .. } = draft;
     let space = Arc::make_mut(space);
-    let accuracy = SHARE * settings.method.accuracy;
+    let accuracy = SHARE * scene.method.accuracy;
     let plain = Shading::new(spectral, lights);
     let mut marches = Marches {
+        scene,
+        options,
         pilots: pilots(scene, space, spectral, lights, control)?,
         fast: Shading { field, ..plain },
         exact: Shading { measures: field.map(|_| measures(spectral)), ..plain },
@@ -82,29 +85,29 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
         // Errors fall between the first and the second power of a voxel: at least half of one.
         let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
         let finer = edge.saturating_mul(times as usize).next_multiple_of(MIN_BAKE).min(MAX_BAKE);
-        if error <= SAMPLING_SHARE * accuracy || finer == edge || settings.method.bake.is_some() {
+        if error <= SAMPLING_SHARE * accuracy || finer == edge || scene.method.bake.is_some() {
             break;
         }
-        let Some(resampled) = space.resampled(scene, finer, settings, control)? else { break };
+        let Some(resampled) = space.resampled(scene, finer, options, control)? else { break };
         *space = resampled;
         marches.look_anew(space);
     }
     // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact march
     // through the same samples.
     let reachable = sampling.as_ref().map_or(&truth, |s| &s.values);
-    let candidates = match (settings.method.steps, settings.method.steps_per_voxel) {
+    let candidates = match (scene.method.steps, scene.method.steps_per_voxel) {
         (Some(n), _) => vec![Stepping::Fixed(n)],
         (None, Some(n)) => vec![Stepping::PerVoxel(n)],
         (None, None) => candidates(space, finest, field.is_some()),
     };
     let beside_sampling = BESIDE_SAMPLING * sampling.as_ref().map_or(0.0, Sampling::worst);
-    let enough = beside_sampling.min(settings.method.accuracy).max(accuracy);
-    let Some(Choice { stepping, factor, values, .. }) = marches.cheapest(space, settings, &candidates, reachable, enough)? else {
+    let enough = beside_sampling.min(scene.method.accuracy).max(accuracy);
+    let Some(Choice { stepping, factor, values, .. }) = marches.cheapest(space, &candidates, reachable, enough)? else {
         return Ok(Stepping::PerVoxel(1.0));
     };
     let error = marches.error(&values, &truth);
     if space.star_factor != factor {
-        space.refine_stars(factor, settings, control)?;
+        space.refine_stars(factor, scene, options, control)?;
     }
     // What a ray leaves behind where it ends early is beside what the pilots, who go on, have found.
     let early = if space.occupied.is_some() && spectral.bands.iter().any(BandPlan::is_bounded) {
@@ -114,7 +117,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     };
     let unresolved = sampling.as_ref().and_then(|s| s.unresolved);
     let sampling = sampling.map(|s| (s.error, s.edge));
-    space.spatial = Some(Spatial { stepping, error: error + early, sampling, rays: marches.pilots.len(), unresolved });
+    space.spatial = Some(SpatialError { stepping, error: error + early, sampling, rays: marches.pilots.len(), unresolved });
     Ok(stepping)
 }
 
@@ -122,7 +125,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
 struct Sampling {
     /// Relative rms error of the pilots, worst band, and of stars that are seen through the samples.
     error: f64,
-    unresolved: Option<Unresolved>,
+    unresolved: Option<UnresolvedStars>,
     /// Voxels along the longest edge of the coarsest samples.
     edge: usize,
     /// The light of the pilots through them, pilot × band.
@@ -172,6 +175,8 @@ struct Marches<'a> {
     /// As the fast back ends shade, and exactly.
     fast: Shading<'a>,
     exact: Shading<'a>,
+    scene: &'a Scene,
+    options: &'a Options,
     control: &'a Control,
 }
 
@@ -203,30 +208,24 @@ impl Marches<'_> {
 
     /// The cheapest of `candidates` with the coarsest star depths whose error is small `enough`, or the best there is. Star
     /// depths of `space` are refined on the way, and may be finer in the end than those that were chosen.
-    fn cheapest(
-        &self,
-        space: &mut SpatialPlan,
-        settings: &Settings,
-        candidates: &[Stepping],
-        reachable: &[Vec<f64>],
-        enough: f64,
-    ) -> Result<Option<Choice>> {
+    fn cheapest(&self, space: &mut SpatialPlan, candidates: &[Stepping], reachable: &[Vec<f64>], enough: f64) -> Result<Option<Choice>> {
         // A field of light has no star depths to refine, and finer steps may be of no use to it.
         let field = self.fast.field.is_some();
         let mut best: Option<Choice> = None;
-        let fixed = settings.method.star_depth_voxels.map(|own| own.min(settings.star_depth_voxels));
+        let Self { scene, options, .. } = *self;
+        let fixed = scene.method.star_depth_voxels.map(|own| own.min(options.star_depth_voxels));
         let factors = match &fixed {
             Some(own) => std::slice::from_ref(own),
             None => &FACTORS,
         };
-        for &factor in factors.iter().take_while(|factor| **factor == 1 || **factor <= settings.star_depth_voxels) {
+        for &factor in factors.iter().take_while(|factor| **factor == 1 || **factor <= options.star_depth_voxels) {
             if factor > 1 {
                 if fixed.is_none() && factor > MODEST && space.star_bytes(factor) > FINE_BYTES {
                     break;
                 }
                 // More memory than allowed for finer depths is no failure of the scene: the coarser ones stay, with
                 // their error stated.
-                match space.refine_stars(factor, settings, self.control) {
+                match space.refine_stars(factor, scene, options, self.control) {
                     Err(Error::Memory { .. }) if fixed.is_none() => break,
                     other => other?,
                 }

@@ -26,7 +26,7 @@ use crate::light::Light;
 use crate::plan::pilots::march_f64::{Eye, RayMarch};
 use crate::plan::pilots::star_columns::StarColumns;
 use crate::plan::segment::Segment;
-use crate::plan::{LightField, RuleTarget, Settings, SpatialPlan, SpectralPlan, Stepping};
+use crate::plan::{LightField, RuleTarget, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
 
 /// The part of the accuracy that spectral rules may cost in the picture: they are chosen by the light without dust,
@@ -62,15 +62,15 @@ fn columns(space: &SpatialPlan, ray: &Ray) -> StarColumns {
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
-pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<SpectralPlan> {
-    let accuracy = settings.method.accuracy;
+pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, control: &Control) -> Result<SpectralPlan> {
+    let accuracy = scene.method.accuracy;
     let mut rules = RuleTarget { accuracy, depth: space.reach(&scene.camera) };
     let mut best: Option<(SpectralPlan, f64)> = None;
     // What shines does not depend on the rule: the rays and the truth are those of the first.
     let mut exact: Option<(Vec<Pilot>, Vec<Vec<f64>>)> = None;
     for _ in 0..SPECTRAL_TRIES {
         control.check()?;
-        let spectral = SpectralPlan::with_rules(scene, lights, space, settings, rules, control)?;
+        let spectral = SpectralPlan::with_rules(scene, lights, space, rules, control)?;
         let march = |pilots: &[Pilot], shading: &Shading| -> Result<Vec<Vec<f64>>> {
             let checked = |pilot| control.check().map(|()| march(space, shading, pilot, Stepping::PerVoxel(1.0), false));
             pilots.par_iter().map(checked).collect()
@@ -87,7 +87,7 @@ pub fn spectral(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: 
             best = Some((spectral, error));
         }
         // A rule of fixed size stays as it is.
-        if error <= SPECTRAL_SHARE * accuracy || settings.method.settings.count.is_some() {
+        if error <= SPECTRAL_SHARE * accuracy || scene.method.settings.count.is_some() {
             break;
         }
         rules.accuracy *= FINER;
@@ -225,7 +225,7 @@ mod tests {
     use super::*;
     use crate::field::Plummer;
     use crate::fixtures::{ball, dust, on_axis, scene, star};
-    use crate::plan::{Options, Plan};
+    use crate::plan::{Options, Planned, Planner, Quality};
     use crate::scene::{Emission, Method};
 
     /// Pilots that keep no star depths march as those that do, bit by bit: by the fields themselves, and by the plan's
@@ -238,7 +238,7 @@ mod tests {
         let gathered = Method { exact_stars: Some(0), ..scene.method.clone() };
         for method in [scene.method.clone(), gathered] {
             let scene = crate::scene::Scene { method, ..scene.clone() };
-            let plan = Plan::sampled(&scene, &Options::default(), 16, &Control::default()).unwrap();
+            let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(16)).plan(&scene, None, &Control::default()).unwrap();
             let shading = Shading::new(plan.spectral(), plan.lights());
             let ray = scene.camera.ray(4.6, 3.7);
             let kept = Pilot::new(plan.space(), ray, 1.0);
@@ -262,7 +262,7 @@ mod tests {
         let angle = |name: &str| {
             let method = scene.method.clone().with_name(name).unwrap();
             let scene = crate::scene::Scene { method, ..scene.clone() };
-            let plan = Plan::new(&scene, &Options::default(), &Control::default()).unwrap();
+            let plan = Planner::new(&Options::default()).plan(&scene, None, &Control::default()).unwrap();
             let worst = plan.certificates(0, &plan.expected()).into_iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
             (plan.spectral().phase_angle, plan.spectral().phase.as_ref().unwrap().entries, worst)
         };
@@ -272,12 +272,12 @@ mod tests {
     }
 
     /// Dust and gas that thicken inwards, with a star inside, seen by a camera of so many degrees and pixels.
-    fn glowing_cloud(degrees: f64, size: (usize, usize)) -> Plan {
+    fn glowing_cloud(degrees: f64, size: (usize, usize)) -> Planned {
         let ball = |core: f64| Plummer::new(DVec3::ZERO, core).unwrap().cut(1.0).unwrap();
         let gas = Emission::new(ball(0.2), Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-20 }]));
         let scene = scene(on_axis(4.0, degrees, size), 20).dust(dust(ball(0.4), "ccm89", 6.0)).emission(gas);
         let scene = scene.star(star(9000.0, 1.0, DVec3::new(0.45, 0.4, -0.2)));
-        Plan::sampled(&scene, &Options::default(), 16, &Control::default()).unwrap()
+        Planner::new(&Options::default()).with_quality(Quality::Fixed(16)).plan(&scene, None, &Control::default()).unwrap()
     }
 
     /// Segments of two samples are nearly as good as twice as many of one, and far better than as many.
@@ -300,13 +300,13 @@ mod tests {
     #[test]
     fn the_processor_pairs_samples_as_pilots_do() {
         // So narrow that all rays of a packet are one.
-        let mut plan = glowing_cloud(1e-4, (1, 1));
-        let shading_of = |plan: &Plan, stepping| {
+        let plan = glowing_cloud(1e-4, (1, 1));
+        let shading_of = |plan: &Planned, stepping| {
             let shading = Shading::new(plan.spectral(), plan.lights());
             march(plan.space(), &shading, &Pilot::new(plan.space(), plan.camera().ray(0.5, 0.5), 1.0), stepping, false)[0]
         };
         for (stepping, other) in [(Stepping::Paired(1.0), Stepping::PerVoxel(1.0)), (Stepping::PerVoxel(1.0), Stepping::Paired(1.0))] {
-            plan.stepping = stepping;
+            let plan = plan.clone().with_stepping(stepping);
             let own = f64::from(crate::backend::cpu::radiance(&plan, &Control::default()).unwrap().0[0]);
             let (truth, wrong) = (shading_of(&plan, stepping), shading_of(&plan, other));
             assert!((own / truth - 1.0).abs() < 2e-6 && (own / wrong - 1.0).abs() > 2e-5, "{stepping}: {own:e} {truth:e} {wrong:e}");

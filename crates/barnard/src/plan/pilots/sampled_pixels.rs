@@ -209,7 +209,7 @@ mod tests {
     use super::*;
     use crate::control::Control;
     use crate::fixtures::{ball, dust, on_axis, scene, star};
-    use crate::plan::{Options, Plan};
+    use crate::plan::{Options, Planner, Quality};
 
     /// The sample stands for every pixel once: the mean of a smooth picture is that of the sample, also where a star
     /// stands.
@@ -220,7 +220,7 @@ mod tests {
         for ((width, height), (degrees, radius)) in sizes.into_iter().flat_map(|size| [(10.0, 9.0), (40.0, 1.0)].map(|view| (size, view))) {
             let camera = on_axis(4.0, degrees, (width, height));
             let scene = scene(camera, 8).dust(dust(ball(radius), "ccm89", 0.1)).star(star(9000.0, 1.0, 0.1 * DVec3::X));
-            let plan = Plan::sampled(&scene, &Options::default(), 8, &Control::default()).unwrap();
+            let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(8)).plan(&scene, None, &Control::default()).unwrap();
             let picture = |column: usize, row: usize| (0.05 * column as f64).sin() + 0.03 * row as f64 + 2.0;
             let sample = sampled(&scene.camera, &plan.space, |column, row| Ok(vec![picture(column, row)])).unwrap();
             let all: f64 = sample.iter().map(|p| p.stands_for).sum();

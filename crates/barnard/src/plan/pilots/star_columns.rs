@@ -79,7 +79,7 @@ mod tests {
     use crate::field::{Grid, Lattice};
     use crate::fixtures::{dust, on_axis, scene, star};
     use crate::geometry::Bounds;
-    use crate::plan::{Options, Plan};
+    use crate::plan::{Options, Planner, Quality};
     use crate::random::Counter;
 
     /// Cubics are exact, at knots and between them.
@@ -103,7 +103,12 @@ mod tests {
         let scene = stars.iter().fold(scene(on_axis(4.0, 20.0, (8, 8)), 4).dust(dust(noise, "ccm89", 6.0)), |scene, place| {
             scene.star(star(9000.0, 1.0, *place))
         });
-        let space = Plan::sampled(&scene, &Options::default(), 4, &Control::default()).unwrap().space().clone();
+        let space = Planner::new(&Options::default())
+            .with_quality(Quality::Fixed(4))
+            .plan(&scene, None, &Control::default())
+            .unwrap()
+            .space()
+            .clone();
         let voxel_depth = 0.5 * f64::from(space.bricks[0].largest()) * space.voxel_pc();
         let rms = |knots: f64| {
             let (mut sum, mut count) = (0.0, 0.0);

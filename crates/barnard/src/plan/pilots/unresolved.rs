@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::Result;
+use crate::image::UnresolvedStars;
 use crate::light::Light;
-use crate::plan::spatial_error::Unresolved;
 use crate::plan::{SpatialPlan, SpectralPlan};
 use crate::points::{self, Point, Sources};
 use crate::scene::Scene;
@@ -23,7 +23,7 @@ pub fn error(
     spectral: &SpectralPlan,
     lights: &[Light],
     control: &Control,
-) -> Result<Option<Unresolved>> {
+) -> Result<Option<UnresolvedStars>> {
     let Some(occupied) = space.occupied.filter(|_| space.depth_is_sampled()) else { return Ok(None) };
     let camera = &scene.camera;
     let points = points::points(Sources::All, scene, camera, lights)?;
@@ -48,5 +48,5 @@ pub fn error(
         (depths.iter().map(off).sum::<f64>() / depths.len() as f64).sqrt()
     };
     let error = spectral.bands.iter().map(of_band).fold(0.0, f64::max);
-    Ok(Some(Unresolved { error, stars: asked.len() }))
+    Ok(Some(UnresolvedStars { error, stars: asked.len() }))
 }

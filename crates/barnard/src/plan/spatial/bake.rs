@@ -6,25 +6,31 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
-use crate::plan::{Options, Settings};
-use crate::scene::Scene;
+use crate::plan::Options;
+use crate::scene::{Method, Scene};
 
 /// The most voxels along an edge of a function that is sampled without being told how finely.
 pub const MAX_BAKE: usize = 256;
 /// Fewest voxels along the longest edge of a sampled function.
 pub const MIN_BAKE: usize = 32;
 
-/// The resolution at which functions are sampled, in voxels along the longest edge, where the scene does not say it.
+/// The resolution at which functions are sampled, in voxels along the longest edge, or merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BakeResolution {
+    /// The number that the scene's method states.
+    pub fixed: Option<usize>,
     /// The least number of voxels.
     pub least: usize,
     /// The largest number of voxels; those of grids are merged to no more.
     pub most: usize,
 }
 
-/// The resolution that each function asks for itself.
-pub const OWN: BakeResolution = BakeResolution { least: MIN_BAKE, most: usize::MAX };
+impl BakeResolution {
+    /// The resolution that a method states, otherwise that of each function's finest structure.
+    pub fn of(method: &Method) -> Self {
+        Self { fixed: method.bake, least: MIN_BAKE, most: usize::MAX }
+    }
+}
 
 /// Puts grids in the place of functions, so that every back end sees the same samples.
 ///
@@ -42,16 +48,15 @@ pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
 /// # Errors
 /// Errors of [`sample_functions`], and on interruption by the user.
 pub fn sampled_densities(scene: &Scene, options: &Options, control: &Control) -> Result<Vec<Grid>> {
-    let settings = &Settings::of(scene, options);
     let dust = scene.dust.iter().map(|dust| ("dust", &dust.density));
     let all = dust.chain(scene.emission.iter().map(|gas| (&*gas.name, &gas.density)));
-    all.map(|(name, density)| baked(density, 1.0, name, settings, OWN, control)).collect()
+    all.map(|(name, density)| baked(density, 1.0, name, options, BakeResolution::of(&scene.method), control)).collect()
 }
 
 /// Voxels along the longest edge of a function's box.
-fn edge(field: &Arc<dyn Field>, settings: &Settings, resolution: BakeResolution) -> usize {
+fn edge(field: &Arc<dyn Field>, resolution: BakeResolution) -> usize {
     let finest = (field.bounds().size().max_element() / field.feature_pc()).ceil() as usize;
-    settings.method.bake.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE).max(resolution.least)).min(resolution.most)
+    resolution.fixed.unwrap_or(finest.clamp(MIN_BAKE, MAX_BAKE).max(resolution.least)).min(resolution.most)
 }
 
 /// The field as a grid, sampled if it is a function.
@@ -59,7 +64,7 @@ pub(in crate::plan) fn baked(
     field: &Arc<dyn Field>,
     factor: f64,
     what: &str,
-    settings: &Settings,
+    options: &Options,
     resolution: BakeResolution,
     control: &Control,
 ) -> Result<Grid> {
@@ -70,8 +75,8 @@ pub(in crate::plan) fn baked(
         scaled.check(what)?;
         return Ok(scaled);
     }
-    let lattice = Lattice::along(field.bounds(), edge(field, settings, resolution));
-    memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, settings.memory_limit)?;
+    let lattice = Lattice::along(field.bounds(), edge(field, resolution));
+    memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
     let grid = Grid::from_function(field, lattice, factor, control)?;
     grid.check(what)?;
     Ok(grid)

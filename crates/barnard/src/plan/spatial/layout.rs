@@ -8,7 +8,8 @@ use crate::error::Result;
 use crate::field::{Grid, Lattice};
 use crate::memory;
 use crate::plan::star_depths::{self, Progress};
-use crate::plan::{ManyLights, Settings, many_lights};
+use crate::plan::{ManyLights, Options, many_lights};
+use crate::scene::Scene;
 use crate::scene::Sparsity;
 use crate::volume::{Channel, ChannelMut, MAX_CHANNELS, Pages, Volume};
 
@@ -21,12 +22,12 @@ const WORTHWHILE: f64 = 0.75;
 
 impl SpatialPlan {
     /// Puts the stars `members` among the many lights.
-    pub(super) fn part_stars(&mut self, members: &[usize], settings: &Settings, control: &Control) -> Result<()> {
+    pub(super) fn part_stars(&mut self, members: &[usize], options: &Options, control: &Control) -> Result<()> {
         let gathered = many_lights::mask(members, self.stars.len());
         self.marched = (0..self.stars.len()).filter(|star| !gathered[*star]).collect();
         self.many_lights = match &self.dust {
             Some(dust) if !members.is_empty() => {
-                Some(Arc::new(ManyLights::new(self.many_lights.as_deref(), members, &self.stars, dust, settings, control)?))
+                Some(Arc::new(ManyLights::new(self.many_lights.as_deref(), members, &self.stars, dust, options, control)?))
             }
             _ => None,
         };
@@ -34,9 +35,9 @@ impl SpatialPlan {
     }
 
     /// Bakes star depths anew with `factor` voxels along one of dust.
-    pub(crate) fn refine_stars(&mut self, factor: usize, settings: &Settings, control: &Control) -> Result<()> {
+    pub(crate) fn refine_stars(&mut self, factor: usize, scene: &Scene, options: &Options, control: &Control) -> Result<()> {
         self.star_factor = factor;
-        self.lay_out(factor, &self.marched.clone(), settings, control)?;
+        self.lay_out(factor, &self.marched.clone(), scene, options, control)?;
         self.star_depth = self.deepest();
         Ok(())
     }
@@ -52,12 +53,12 @@ impl SpatialPlan {
     }
 
     /// Lets go of the star depths, once something else holds the light.
-    pub(crate) fn forget_star_depths(&mut self, settings: &Settings, control: &Control) -> Result<()> {
-        self.lay_out(1, &[], settings, control)
+    pub(crate) fn forget_star_depths(&mut self, scene: &Scene, options: &Options, control: &Control) -> Result<()> {
+        self.lay_out(1, &[], scene, options, control)
     }
 
     /// Volumes of dust, the depths of so many stars, and gas: what has one lattice stands together.
-    pub(super) fn lay_out(&mut self, factor: usize, stars: &[usize], settings: &Settings, control: &Control) -> Result<()> {
+    pub(super) fn lay_out(&mut self, factor: usize, stars: &[usize], scene: &Scene, options: &Options, control: &Control) -> Result<()> {
         let mut parts: Vec<(Lattice, Channel)> = Vec::new();
         if let Some(dust) = &self.dust {
             parts.push((dust.lattice().clone(), Channel::Dust));
@@ -70,11 +71,11 @@ impl SpatialPlan {
         while let Some((lattice, _)) = parts.first().cloned() {
             let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
             let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
-            let pages = self.pages(&lattice, &channels, settings);
+            let pages = self.pages(&lattice, &channels, scene.method.steps);
             let bytes = self.precision.bytes() * (channels.len() * pages.voxels()) as u64;
             let depths = channels.iter().filter(|channel| matches!(channel, Channel::StarDepth(_))).count();
             let what = format!("volumes of {} fields and of the depths of {depths} stars", channels.len() - depths);
-            memory::check(&what, bytes, settings.memory_limit)?;
+            memory::check(&what, bytes, options.memory_limit)?;
             let volume = |chunk: &[Channel]| Volume::with_pages(&lattice, chunk.to_vec(), self.precision, pages.clone());
             volumes.extend(channels.chunks(MAX_CHANNELS).map(volume));
             parts = others;
@@ -90,7 +91,7 @@ impl SpatialPlan {
 
     /// The pages of a volume, which needs those where there is something of its channels: all in one
     /// where little is empty, or nothing may be left out.
-    fn pages(&self, lattice: &Lattice, channels: &[Channel], settings: &Settings) -> Pages {
+    fn pages(&self, lattice: &Lattice, channels: &[Channel], steps: Option<usize>) -> Pages {
         let whole = Pages::whole(Volume::zeroed(lattice, Vec::new()).lattice.dims);
         let is_large = self.precision.bytes() * (channels.len() * whole.voxels()) as u64 >= LARGE;
         // Noise that is evaluated at every sample is elsewhere than its samples.
@@ -105,7 +106,7 @@ impl SpatialPlan {
         grids.dedup_by(|a, b| std::ptr::eq(*a, *b));
         // A segment of a ray that meets dust may end beside it, where the depth from a star is still asked for.
         let finest = self.voxels.iter().map(|voxel| voxel.max_element()).fold(f64::INFINITY, f64::min);
-        let longest_pc = match settings.method.steps {
+        let longest_pc = match steps {
             Some(steps) => self.occupied.map_or(0.0, |bounds| bounds.size().length()) / steps as f64,
             None => LONGEST_SEGMENT * finest,
         };

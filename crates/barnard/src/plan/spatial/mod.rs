@@ -18,10 +18,11 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Fbm, Field, Grid, column};
 use crate::geometry::{Bounds, Ray};
+use crate::image::SpatialError;
 use crate::plan::many_lights;
 use crate::plan::many_lights::ManyLights;
-use crate::plan::spatial::bake::{BakeResolution, OWN, baked};
-use crate::plan::{Settings, Spatial, star_depths};
+use crate::plan::spatial::bake::{BakeResolution, baked};
+use crate::plan::{Options, star_depths};
 use crate::scene::{Scene, Sparsity};
 use crate::stored::Precision;
 use crate::volume::{Bricks, Channel, Volume};
@@ -53,7 +54,7 @@ pub struct SpatialPlan {
     /// Largest star depth at a place with dust \[1\].
     pub star_depth: f64,
     /// The spatial error that the pilot rays measured.
-    pub spatial: Option<Spatial>,
+    pub spatial: Option<SpatialError>,
     /// The smallest box around everything that absorbs, scatters or glows.
     pub occupied: Option<Bounds>,
     emission: Vec<Grid>,
@@ -63,7 +64,6 @@ pub struct SpatialPlan {
     densities: Vec<Arc<dyn Field>>,
     /// The extinction σ at V of a density of one [pc⁻¹].
     sigma_v_per_pc: f64,
-    bake: Option<usize>,
     /// How volumes are stored.
     pub precision: Precision,
     /// True if pages of them that are empty are left out.
@@ -96,19 +96,19 @@ fn occupied<'a>(grids: impl Iterator<Item = &'a Grid>, bricks: &[Bricks]) -> Opt
 
 impl SpatialPlan {
     /// Samples densities and bakes star depths at the dust's own resolution.
-    pub(crate) fn new(scene: &Scene, settings: &Settings, control: &Control) -> Result<Self> {
-        Self::sampled(scene, settings, OWN, control)
+    pub(crate) fn new(scene: &Scene, options: &Options, control: &Control) -> Result<Self> {
+        Self::sampled(scene, options, BakeResolution::of(&scene.method), control)
     }
 
     /// Copy of the scene with no more than `most` voxels along an edge: functions are sampled so, voxels of grids merged.
-    pub(crate) fn coarse(scene: &Scene, settings: &Settings, most: usize, control: &Control) -> Result<Self> {
-        Self::sampled(scene, settings, BakeResolution { most, ..OWN }, control)
+    pub(crate) fn coarse(scene: &Scene, options: &Options, most: usize, control: &Control) -> Result<Self> {
+        Self::sampled(scene, options, BakeResolution { most, ..BakeResolution::of(&scene.method) }, control)
     }
 
-    fn sampled(scene: &Scene, settings: &Settings, resolution: BakeResolution, control: &Control) -> Result<Self> {
-        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", settings, resolution, control)).transpose()?;
+    fn sampled(scene: &Scene, options: &Options, resolution: BakeResolution, control: &Control) -> Result<Self> {
+        let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options, resolution, control)).transpose()?;
         let emission =
-            scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, settings, resolution, control)).collect::<Result<Vec<_>>>()?;
+            scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options, resolution, control)).collect::<Result<Vec<_>>>()?;
         let bricks: Vec<Bricks> = dust.iter().chain(&emission).map(Bricks::new).collect();
         let mut space = Self {
             volumes: Vec::new(),
@@ -126,13 +126,12 @@ impl SpatialPlan {
             emission,
             densities: scene.densities().cloned().collect(),
             sigma_v_per_pc: sigma_v_per_pc(scene),
-            bake: settings.method.bake,
-            precision: settings.method.volumes,
-            sparsity: settings.method.sparse,
+            precision: scene.method.volumes,
+            sparsity: scene.method.sparse,
             resolution,
         };
-        space.part_stars(&many_lights::members(scene, &settings.method), settings, control)?;
-        space.refine_stars(1, settings, control)?;
+        space.part_stars(&many_lights::members(scene), options, control)?;
+        space.refine_stars(1, scene, options, control)?;
         Ok(space)
     }
 

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::bake::{BakeResolution, OWN, baked};
+use super::bake::{BakeResolution, baked};
 use super::{SpatialPlan, cloud, occupied, sigma_v_per_pc};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid};
-use crate::plan::{Settings, many_lights, star_depths};
+use crate::plan::{Options, many_lights, star_depths};
 use crate::scene::Scene;
 use crate::volume::{Bricks, Channel, Volume};
 
@@ -17,17 +17,17 @@ impl SpatialPlan {
     /// The space of a scene that has the same densities as this one's; none where it has others. Stars that moved are
     /// swept anew, and all of them where dust has become more or less; the space itself where nothing of it changed.
     /// What pilots measured is forgotten where something did.
-    pub(crate) fn updated(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Arc<Self>>> {
+    pub(crate) fn updated(self: &Arc<Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Arc<Self>>> {
         let same = |(a, b): (&Arc<dyn Field>, &Arc<dyn Field>)| std::ptr::addr_eq(Arc::as_ptr(a), Arc::as_ptr(b));
         let known = scene.densities().count() == self.densities.len() && scene.densities().zip(&self.densities).all(same);
         if !known
             || scene.dust.is_some() != self.dust.is_some()
-            || (self.bake, self.precision, self.sparsity) != (settings.method.bake, settings.method.volumes, settings.method.sparse)
+            || (self.resolution.fixed, self.precision, self.sparsity) != (scene.method.bake, scene.method.volumes, scene.method.sparse)
         {
             return Ok(None);
         }
         let stars: Vec<DVec3> = scene.stars.iter().map(|s| s.position).collect();
-        let members = many_lights::members(scene, &settings.method);
+        let members = many_lights::members(scene);
         // The gathered stars are those that it has now.
         let gathered = many_lights::mask(&members, stars.len());
         let parted =
@@ -52,31 +52,31 @@ impl SpatialPlan {
             }
             if !gathered.is_empty() {
                 space.stars = stars;
-                space.part_stars(&members, settings, control)?;
+                space.part_stars(&members, options, control)?;
                 space.star_depth = space.deepest();
             }
             return Ok(Some(Arc::new(space)));
         }
         let (moved, ratio) = (!parted || stars != self.stars, sigma_v_per_pc(scene) / self.sigma_v_per_pc);
         let mut space = Self { stars, spatial: None, ..(**self).clone() };
-        space.take_dust(scene, settings, control)?;
+        space.take_dust(scene, options, control)?;
         if moved || !space.scale_depths(ratio) {
-            space.part_stars(&members, settings, control)?;
-            space.refine_stars(self.star_factor, settings, control)?;
+            space.part_stars(&members, options, control)?;
+            space.refine_stars(self.star_factor, scene, options, control)?;
         }
         Ok(Some(Arc::new(space)))
     }
 
     /// The space of a scene that has the same densities and as much dust, as it is before pilots choose how finely;
     /// none otherwise.
-    pub(crate) fn rebuilt(self: &Arc<Self>, scene: &Scene, settings: &Settings, control: &Control) -> Result<Option<Self>> {
-        if !self.has_as_much_dust_as(scene) || self.resolution != OWN {
+    pub(crate) fn rebuilt(self: &Arc<Self>, scene: &Scene, options: &Options, control: &Control) -> Result<Option<Self>> {
+        if !self.has_as_much_dust_as(scene) || self.resolution != BakeResolution::of(&scene.method) {
             return Ok(None);
         }
-        let Some(followed) = self.updated(scene, settings, control)? else { return Ok(None) };
+        let Some(followed) = self.updated(scene, options, control)? else { return Ok(None) };
         let mut own = Self { spatial: None, ..Arc::unwrap_or_clone(followed) };
         if own.star_factor != 1 {
-            own.refine_stars(1, settings, control)?;
+            own.refine_stars(1, scene, options, control)?;
         }
         Ok(Some(own))
     }
@@ -112,12 +112,12 @@ impl SpatialPlan {
     }
 
     /// Samples the dust of `scene` in place of this one's.
-    pub(super) fn take_dust(&mut self, scene: &Scene, settings: &Settings, control: &Control) -> Result<()> {
+    pub(super) fn take_dust(&mut self, scene: &Scene, options: &Options, control: &Control) -> Result<()> {
         let Some(dust) = scene.dust.as_ref().filter(|d| d.sigma_v_per_pc != self.sigma_v_per_pc) else { return Ok(()) };
         let before = self.dust.as_deref().filter(|_| self.sigma_v_per_pc > 0.0);
         let grid = match before {
             Some(grid) => grid.scaled(dust.sigma_v_per_pc / self.sigma_v_per_pc),
-            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", settings, self.resolution, control)?,
+            None => baked(&dust.density, dust.sigma_v_per_pc, "dust", options, self.resolution, control)?,
         };
         grid.check("dust")?;
         self.bricks[0] = Bricks::new(&grid);
@@ -130,8 +130,8 @@ impl SpatialPlan {
 
     /// Copy of the space with functions sampled to at least `edge` voxels along their longest edge; none where that would
     /// take more memory than is allowed.
-    pub(crate) fn resampled(&self, scene: &Scene, edge: usize, settings: &Settings, control: &Control) -> Result<Option<Self>> {
-        match Self::sampled(scene, settings, BakeResolution { least: edge, ..self.resolution }, control) {
+    pub(crate) fn resampled(&self, scene: &Scene, edge: usize, options: &Options, control: &Control) -> Result<Option<Self>> {
+        match Self::sampled(scene, options, BakeResolution { least: edge, ..self.resolution }, control) {
             // Which samples another plan of the same scene begins with does not hang on what this one needed.
             Ok(space) => Ok(Some(Self { resolution: self.resolution, ..space })),
             Err(Error::Memory { .. }) => Ok(None),
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
     use crate::field::Fbm;
     use crate::fixtures::{dust, on_axis, scene, star};
-    use crate::plan::{Options, Plan};
+    use crate::plan::{Options, Plan, Planned, Planner, Quality};
     use crate::stored::Precision;
 
     const BEFORE: DVec3 = DVec3::new(-0.3, 0.4, 0.2);
@@ -197,12 +197,9 @@ mod tests {
         stars.into_iter().fold(scene(camera, 20).dust(dust(cloud.clone(), "ccm89", scale)), Scene::star)
     }
 
-    fn settings(scene: &Scene) -> Settings {
-        Settings::of(scene, &Options::default())
-    }
-
-    fn plan(place: DVec3) -> Plan {
-        Plan::sampled(&pair(&cloud(), place, 4.0), &Options::default(), 20, &Control::default()).unwrap()
+    fn plan(place: DVec3) -> Planned {
+        let scene = pair(&cloud(), place, 4.0);
+        Planner::new(&Options::default()).with_quality(Quality::Fixed(20)).plan(scene, None, &Control::default()).unwrap()
     }
 
     fn data(space: &SpatialPlan) -> Vec<Vec<f32>> {
@@ -215,10 +212,10 @@ mod tests {
     fn spaces_follow_their_scenes() {
         let (cloud, control) = (cloud(), Control::default());
         let first = pair(&cloud, BEFORE, 4.0);
-        let space = Arc::new(SpatialPlan::new(&first, &settings(&first), &control).unwrap());
+        let space = Arc::new(SpatialPlan::new(&first, &Options::default(), &control).unwrap());
         let follow = |scene: Scene| {
-            let followed = space.updated(&scene, &settings(&scene), &control).unwrap();
-            (followed, SpatialPlan::new(&scene, &settings(&scene), &control).unwrap())
+            let followed = space.updated(&scene, &Options::default(), &control).unwrap();
+            (followed, SpatialPlan::new(&scene, &Options::default(), &control).unwrap())
         };
         let mut colder = first.clone();
         colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);
@@ -254,7 +251,7 @@ mod tests {
         assert!(none.is_none() && new.volumes.iter().all(|volume| volume.precision() == Precision::Half));
         // Halves of more dust are those of less but for their units.
         halves.dust = pair(&cloud, BEFORE, 7.0).dust;
-        let denser = Arc::new(new.clone()).updated(&halves, &settings(&halves), &control).unwrap().unwrap();
+        let denser = Arc::new(new.clone()).updated(&halves, &Options::default(), &control).unwrap().unwrap();
         let of_depths = |space: &SpatialPlan| space.volumes.iter().map(|v| v.largest(1)).collect::<Vec<_>>();
         assert!(of_depths(&denser).iter().zip(of_depths(&new)).all(|(more, less)| (more / less / 1.75 - 1.0).abs() < 1e-4));
     }
@@ -268,14 +265,14 @@ mod tests {
         let mut first = pair(&array, BEFORE, 0.1);
         first.method.accuracy = 0.05;
         let (options, control) = (Options::default(), Control::default());
-        let before = Plan::new(&first, &options, &control).unwrap();
+        let before = Planner::new(&options).plan(&first, None, &control).unwrap();
         let mut colder = first.clone();
         colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);
-        let after = Plan::updated(Some(&before), &colder, &options, &control).unwrap();
+        let after = Planner::new(&options).plan(&colder, Some(&before), &control).unwrap();
         let shared = |(a, b): (&Arc<Volume>, &Arc<Volume>)| Arc::ptr_eq(a, b);
         assert_eq!((before.space.star_factor, after.space.star_factor), (1, 1));
         assert!(after.space.volumes.iter().zip(&before.space.volumes).all(shared));
-        let denser = Plan::updated(Some(&before), &pair(&array, BEFORE, 0.2), &options, &control).unwrap();
+        let denser = Planner::new(&options).plan(pair(&array, BEFORE, 0.2), Some(&before), &control).unwrap();
         assert!(!denser.space.volumes.iter().zip(&before.space.volumes).any(shared));
     }
 

@@ -16,7 +16,7 @@ pub use self::phase_table::{PHASE_RANGE, PhaseEntry, PhaseTable};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::light::{Light, Route, factor, law};
-use crate::plan::{Settings, SpatialPlan};
+use crate::plan::SpatialPlan;
 use crate::scene::{Scene, StarDepthSource};
 
 /// The rules of all passbands.
@@ -76,21 +76,14 @@ const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
 impl SpectralPlan {
     /// Solves the rule for every passband of `scene`, for the optical depths of `space`.
-    pub(crate) fn new(scene: &Scene, lights: &[Light], space: &SpatialPlan, settings: &Settings, control: &Control) -> Result<Self> {
-        let rules = RuleTarget { accuracy: settings.method.accuracy, depth: space.reach(&scene.camera) };
-        Self::with_rules(scene, lights, space, settings, rules, control)
+    pub(crate) fn new(scene: &Scene, lights: &[Light], space: &SpatialPlan, control: &Control) -> Result<Self> {
+        let rules = RuleTarget { accuracy: scene.method.accuracy, depth: space.reach(&scene.camera) };
+        Self::with_rules(scene, lights, space, rules, control)
     }
 
     /// Variant by rules that are made for something else than all else is.
-    pub(crate) fn with_rules(
-        scene: &Scene,
-        lights: &[Light],
-        space: &SpatialPlan,
-        settings: &Settings,
-        rules: RuleTarget,
-        control: &Control,
-    ) -> Result<Self> {
-        let method = &settings.method;
+    pub(crate) fn with_rules(scene: &Scene, lights: &[Light], space: &SpatialPlan, rules: RuleTarget, control: &Control) -> Result<Self> {
+        let method = &scene.method;
         let law = law(scene)?;
         let settings = &method.settings;
         let support_um = support_um(scene);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use barnard::error::{Error, Result};
 use barnard::glam::{DMat2, DVec2, DVec3};
-use barnard::image::{ERROR_SUFFIX, Image, Samples};
+use barnard::image::{ERROR_SUFFIX, Image, Samples, SaveOptions};
 
 use super::header::{Header, headers};
 use super::{LAYER, gzip, planes};
@@ -191,7 +191,7 @@ pub fn sky_of(image: &Image) -> Result<Option<Sky>> {
         ..image.clone()
     };
     let path = Path::new("picture");
-    let request = &mut Request::new(Cursor::new(super::encode(&bare)?), path, None, u64::MAX)?;
+    let request = &mut Request::new(Cursor::new(super::encode(&bare, &SaveOptions::grey(1))?), path, None, u64::MAX)?;
     Ok(headers(request)?.iter().find_map(Sky::of))
 }
 

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::time::{Duration, SystemTime};
 
 use barnard::error::Result;
-use barnard::image::{Image, Layer, LayerContent, PixelScale, Samples, SkyCoordinates, Turned};
+use barnard::image::{Image, Layer, LayerContent, PixelScale, Samples, SaveOptions, SkyCoordinates, Turned};
 use barnard::instrument::Frame;
 use barnard::keywords::Keyword;
 use barnard::observation::RadianceUnit;
@@ -28,13 +28,13 @@ fn primary(image: &Image, keywords: &[Keyword]) -> Vec<u8> {
 fn origin(primary: &mut Cards, image: &Image, keywords: &[Keyword]) {
     primary.text("CREATOR", &format!("Barnard {}", env!("CARGO_PKG_VERSION")), "spectral renderer of nebulae");
     primary.text("DATE", &now(), "UTC, when the file was written");
-    image.keywords.iter().chain(keywords).for_each(|keyword| primary.keyword(keyword));
-    for (key, value) in image.notes.iter().filter(|(key, _)| holds(image, key)) {
+    image.cards().iter().chain(keywords).for_each(|keyword| primary.keyword(keyword));
+    for (key, value) in image.statements().iter().filter(|(key, _)| holds(image, key)) {
         primary.history(&format!("{key}: {value}"));
     }
 }
 
-pub fn encode(image: &Image) -> Result<Vec<u8>> {
+pub fn encode(image: &Image, _: &SaveOptions) -> Result<Vec<u8>> {
     let mut bytes = primary(image, &[]);
     // Channels of a spectrograph are one cube, and their standard errors another.
     let in_cube = image.spectral.map_or(0, |axis| axis.count);
@@ -351,9 +351,9 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     if let Some(counting) = band.counting {
         cards.text("COUNTING", counting, "quantity counted by the detector");
     }
-    band.keywords.iter().filter(|keyword| holds(image, keyword.name)).for_each(|keyword| cards.keyword(keyword));
+    image.band_cards(index).iter().filter(|keyword| holds(image, keyword.name)).for_each(|keyword| cards.keyword(keyword));
     wcs(&mut cards, image, 2);
-    for line in &band.certificate {
+    for line in image.band_words(index) {
         cards.history(&format!("certificate: {line}"));
     }
     cards.finish()

@@ -176,7 +176,7 @@ impl Display {
     pub fn picture(&self, image: &Image) -> Vec<[f64; 3]> {
         let tone = self.tone(image);
         match &self.glare {
-            Some(glare) => tone.picture(&glare.seen(image)),
+            Some(glare) => tone.picture(&glare.seen(image, tone.white)),
             None => tone.picture(image),
         }
     }

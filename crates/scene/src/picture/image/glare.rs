@@ -89,8 +89,8 @@ impl Glare {
             .saturating_add(width.saturating_mul(height).saturating_mul(8 * bands as u64))
     }
 
-    /// The image as these optics show it; its standard errors stay what they are.
-    pub fn seen(&self, image: &Image) -> Image {
+    /// The image as these optics show it, white at a radiance [W m⁻² sr⁻¹]; its standard errors stay what they are.
+    pub fn seen(&self, image: &Image, white: f64) -> Image {
         let (columns, rows) = image.views;
         let (width, height) = (image.width / columns.max(1), image.height / rows.max(1));
         let mut samples: Vec<f64> = (0..image.samples.len()).map(|i| image.samples.at(i)).collect();
@@ -102,7 +102,6 @@ impl Glare {
             // Bright points are spread on the sphere, the rest of the picture flat.
             let mut points = Vec::new();
             if let Some(sphere) = &sphere {
-                let white = image.display.tone(image).white;
                 for eye in 0..columns {
                     let mut planes = planes(&samples, image, eye);
                     points.push(sphere.take(&mut planes, &kernels, white));
@@ -140,16 +139,7 @@ impl Glare {
                 }
             }
         }
-        Image {
-            samples: Samples::Double(samples),
-            layers: Vec::new(),
-            points: Vec::new(),
-            bands: image.bands.clone(),
-            notes: image.notes.clone(),
-            keywords: image.keywords.clone(),
-            display: image.display.clone(),
-            ..*image
-        }
+        Image { samples: Samples::Double(samples), ..image.header() }
     }
 
     /// Where the light of a point of a band goes, from a picture before where that asked for the same.
@@ -276,7 +266,7 @@ mod tests {
         let (width, height) = (64, 32);
         let turned = |column: usize, pixel: Option<PixelScale>| {
             let image = Image { pixel, ..points(width, height, &[(column, 16, 1.0)]) };
-            let seen: Vec<f64> = glare.seen(&image).band(0).collect();
+            let seen: Vec<f64> = glare.seen(&image, 1.0).band(0).collect();
             seen.chunks(width)
                 .flat_map(|row| {
                     let mut row = row.to_vec();
@@ -291,7 +281,7 @@ mod tests {
         assert!(farthest(&middle, &turned(0, sphere)) < 1e-3 * middle[16 * width + 32]);
         assert!(farthest(&middle, &turned(0, None)) > 1e-2 * middle[16 * width + 32]);
         let dome = Image { circle: Some(16.0), ..points(32, 32, &[(16, 1, 1.0)]) };
-        let seen: Vec<f64> = glare.seen(&dome).band(0).collect();
+        let seen: Vec<f64> = glare.seen(&dome, 1.0).band(0).collect();
         let outside = |i: usize| ((i % 32) as f64 - 15.5).hypot((i / 32) as f64 - 15.5) > 16.0;
         assert!((0..seen.len()).all(|i| !outside(i) || seen[i] == 0.0) && seen.iter().sum::<f64>() > 0.1);
     }
@@ -323,10 +313,9 @@ mod tests {
                     let is_dome = matches!(layout, Layout::Dome { .. });
                     let views = (1, if layout == Layout::Cube { 6 } else { 1 });
                     let circle = (pixel.is_some() && is_dome).then_some(0.5 * width as f64);
-                    let mut image = Image { pixel, views, circle, ..points(width, height, &[(star.0, star.1, LIGHT)]) };
+                    let image = Image { pixel, views, circle, ..points(width, height, &[(star.0, star.1, LIGHT)]) };
                     // So bright that all of its light is seen.
-                    image.display.white = crate::image::Level::Radiance(1.0);
-                    glare.seen(&image)
+                    glare.seen(&image, 1.0)
                 };
                 let here = place(star.0, star.1);
                 let direction = layout.direction(here, &axes);
@@ -379,7 +368,7 @@ mod tests {
     fn a_lens_shows_airys_rings() {
         let image = points(1001, 1001, &[(500, 500, 1.0)]);
         // 10 pixels in λ/D.
-        let seen = Glare { size: 10.0 / 1.001, ..of("refractor") }.seen(&image);
+        let seen = Glare { size: 10.0 / 1.001, ..of("refractor") }.seen(&image, 1.0);
         let along = |x: usize| seen.at(0, 500, 500 + x);
         let darkest = |from: usize, to: usize| (from..to).min_by(|a, b| along(*a).total_cmp(&along(*b))).unwrap();
         assert_eq!((darkest(8, 16), darkest(18, 26)), (12, 22));
@@ -397,7 +386,7 @@ mod tests {
         for row in OPTICS {
             let glare = Glare { seeing: 3.0, halo: 0.1, size: 1.0, rotation: 0.3, ..of(row.name) };
             let even = Image { samples: Samples::Double(vec![2.5; 120 * 80]), ..points(120, 80, &[]) };
-            let seen = glare.seen(&even);
+            let seen = glare.seen(&even, 1.0);
             let worst = (0..9600).map(|i| (seen.samples.at(i) / 2.5 - 1.0).abs()).fold(0.0, f64::max);
             assert!(worst < 1e-9, "{}: {worst}", row.name);
             let kernel = glare.kernel(&even.bands[0], 120, &glare.haze(120));
@@ -431,7 +420,7 @@ mod tests {
             let inside = x.abs() <= reach && y.abs() <= reach;
             if inside { kernel.values[(y + reach) as usize * edge + (x + reach) as usize] } else { 0.0 }
         };
-        let seen = glare.seen(&image);
+        let seen = glare.seen(&image, 1.0);
         for (x, y) in (0..40i64).flat_map(|y| (0..60i64).map(move |x| (x, y))) {
             let light: f64 = at.iter().map(|(px, py, light)| light * around(x - *px as i64, y - *py as i64)).sum();
             let even: f64 = (0..2400i64).map(|i| around(x - i % 60, y - i / 60)).sum();
@@ -439,7 +428,7 @@ mod tests {
             assert!((own - wanted).abs() < 1e-9 * wanted + 1e-9, "{x} {y}: {own} {wanted}");
         }
         let both = Image { views: (2, 1), ..points(120, 40, &at) };
-        let parted = glare.seen(&both);
+        let parted = glare.seen(&both, 1.0);
         assert!((0..40).all(|y| (60..120).all(|x| parted.at(0, y, x).abs() < 1e-300)));
         assert!((0..40).all(|y| (0..60).all(|x| (parted.at(0, y, x) - seen.at(0, y, x)).abs() <= 1e-9)));
     }
@@ -480,13 +469,13 @@ mod tests {
         };
         let image = points(401, 401, &[(200, 200, 1.0)]);
         let glare = Glare { size: 5.0, ..of("newtonian") };
-        let (straight, turned) = (glare.seen(&image), Glare { rotation: 30f64.to_radians(), ..glare }.seen(&image));
+        let (straight, turned) = (glare.seen(&image, 1.0), Glare { rotation: 30f64.to_radians(), ..glare }.seen(&image, 1.0));
         assert!(spoke(&straight, 0.0) > 5.0 * spoke(&straight, 30.0), "{} {}", spoke(&straight, 0.0), spoke(&straight, 30.0));
         assert!(spoke(&turned, 30.0) > 5.0 * spoke(&turned, 0.0) && spoke(&turned, 30.0) > 5.0 * spoke(&turned, 60.0));
         let within = |pivot: f64, radius: f64| -> f64 {
             let mut image = image.clone();
             image.bands[0].pivot_um = Some(pivot);
-            let seen = Glare { optics: of("refractor").optics, size: 10.0, ..glare }.seen(&image);
+            let seen = Glare { optics: of("refractor").optics, size: 10.0, ..glare }.seen(&image, 1.0);
             let is_within = |i: &usize| ((i % 401) as f64 - 200.0).hypot((i / 401) as f64 - 200.0) < radius;
             (0..401 * 401).filter(is_within).map(|i| seen.samples.at(i)).sum()
         };
@@ -511,7 +500,7 @@ mod tests {
     #[test]
     fn seeing_has_its_width() {
         let image = points(401, 401, &[(200, 200, 1.0)]);
-        let seen = Glare { size: 0.1, seeing: 20.0 / 0.401, ..of("refractor") }.seen(&image);
+        let seen = Glare { size: 0.1, seeing: 20.0 / 0.401, ..of("refractor") }.seen(&image, 1.0);
         let half = 0.5 * seen.at(0, 200, 200);
         assert!(seen.at(0, 200, 209) > half && seen.at(0, 200, 211) < half && seen.at(0, 190, 200) > 0.9 * half);
     }

@@ -7,26 +7,42 @@ pub(crate) mod glare;
 mod layer;
 pub mod optics;
 mod output;
+mod report;
 mod samples;
 mod spectral_axis;
+mod stepping;
 
 pub use coordinates::{SkyCoordinates, Turned};
 pub use display::{Display, Level, Tone};
 pub use glare::Glare;
 pub use layer::{FAR_AWAY, Layer, LayerContent};
-pub use output::{ColourSpace, Compression, LayerChannels, LayerChoice, Output};
+pub use output::{ColourSpace, Compression, LayerChannels, LayerChoice, Output, SaveOptions};
+pub use report::{BandCertificates, DetailReport, PathReport, Report, ScatteringError, SpatialError, UnresolvedStars};
 pub use samples::Samples;
 pub use spectral_axis::SpectralAxis;
+pub use stepping::Stepping;
 
 use crate::error::{Error, Result};
 use crate::keywords::Keyword;
 use crate::observation::{InUnit, Observation};
+
+/// Content of a band of samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Plane {
+    /// Radiances.
+    #[default]
+    Radiance,
+    /// Standard errors of the radiances of the same name.
+    StandardError,
+}
 
 /// One band of an image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
     /// The name of the passband.
     pub name: String,
+    /// Radiances of the passband or their standard errors.
+    pub plane: Plane,
     /// Pivot wavelength \[µm\], where known.
     pub pivot_um: Option<f64>,
     /// "energy" or "photon", where known.
@@ -35,13 +51,11 @@ pub struct Band {
     pub width_um: Option<f64>,
     /// How its radiances become the unit of the [observation](Image::observation), where there is one.
     pub in_unit: Option<InUnit>,
-    /// The certificate in words, a line for each source.
-    pub certificate: Vec<String>,
-    /// Keywords of the band.
+    /// Keywords of the passband.
     pub keywords: Vec<Keyword>,
 }
 
-/// Suffix of the name of a band of standard errors.
+/// Suffix of the [label](Band::label) of standard errors.
 pub const ERROR_SUFFIX: &str = "_error";
 
 /// The size of a pixel.
@@ -60,9 +74,30 @@ pub enum PixelScale {
 }
 
 impl Band {
-    /// The band of the standard errors of this one: of the same passband under the name by which [`Image::errors_of`] finds it.
+    /// A band of which only the name is known.
+    pub fn bare(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            plane: Plane::Radiance,
+            pivot_um: None,
+            counting: None,
+            width_um: None,
+            in_unit: None,
+            keywords: Vec::new(),
+        }
+    }
+
+    /// The band of the standard errors of this one.
     pub fn of_errors(&self) -> Self {
-        Self { name: format!("{}{ERROR_SUFFIX}", self.name), ..self.clone() }
+        Self { plane: Plane::StandardError, ..self.clone() }
+    }
+
+    /// The name in files and lists: that of the passband, with [`ERROR_SUFFIX`] for standard errors.
+    pub fn label(&self) -> String {
+        match self.plane {
+            Plane::Radiance => self.name.clone(),
+            Plane::StandardError => format!("{}{ERROR_SUFFIX}", self.name),
+        }
     }
 }
 
@@ -149,32 +184,26 @@ pub struct Image {
     pub moment: Option<Moment>,
     /// Pointing on the sky, if stated.
     pub observation: Option<Observation>,
-    /// Key and value, in words: scene, back end, method, accuracy.
+    /// How it was made and its stated errors.
+    pub report: Report,
+    /// Statements about the scene and the picture, each with its topic.
     pub notes: Vec<(String, String)>,
-    /// Keywords of the picture.
+    /// Keywords of the scene and the picture.
     pub keywords: Vec<Keyword>,
-    /// Display settings of the picture.
-    pub display: Display,
     /// Origin of its light, if requested.
     pub layers: Vec<Layer>,
-    /// Encoding options of files.
-    pub output: Output,
 }
 
 impl Image {
-    /// An image of which only names and values are known.
-    pub fn bare(width: usize, height: usize, names: Vec<String>, samples: Samples) -> Self {
-        let band = |name| Band {
-            name,
-            pivot_um: None,
-            counting: None,
-            width_um: None,
-            in_unit: None,
-            certificate: Vec::new(),
-            keywords: Vec::new(),
-        };
-        let bands: Vec<Band> = names.into_iter().map(band).collect();
-        let display = Display::grey(bands.len());
+    /// An image of which only the [labels](Band::label) of its bands and the values are known.
+    pub fn bare(width: usize, height: usize, labels: Vec<String>, samples: Samples) -> Self {
+        let mut bands: Vec<Band> = labels.into_iter().map(Band::bare).collect();
+        for i in 0..bands.len() {
+            let name = bands[i].name.strip_suffix(ERROR_SUFFIX).map(str::to_owned);
+            if let Some(name) = name.filter(|name| bands.iter().any(|other| other.name == *name)) {
+                bands[i] = Band::bare(name).of_errors();
+            }
+        }
         let (notes, keywords, layers) = (Vec::new(), Vec::new(), Vec::new());
         Self {
             width,
@@ -191,11 +220,24 @@ impl Image {
             points: Vec::new(),
             moment: None,
             observation: None,
+            report: Report::default(),
             notes,
             keywords,
-            display,
             layers,
-            output: Output::default(),
+        }
+    }
+
+    /// Copy of the image without samples, layers and points.
+    pub(crate) fn header(&self) -> Self {
+        Self {
+            samples: Samples::Single(Vec::new()),
+            layers: Vec::new(),
+            points: Vec::new(),
+            bands: self.bands.clone(),
+            report: self.report.clone(),
+            notes: self.notes.clone(),
+            keywords: self.keywords.clone(),
+            ..*self
         }
     }
 
@@ -227,20 +269,43 @@ impl Image {
         relative_rms(self.band(band).zip(truth.band(truth_band)))
     }
 
-    /// The band of the standard errors of band `of`, where there is one.
-    pub fn errors_of(&self, of: usize) -> Option<usize> {
-        self.bands.iter().position(|band| band.name.strip_suffix(ERROR_SUFFIX) == Some(&self.bands[of].name))
+    /// The band of the standard errors of a band of radiances, where there is one.
+    pub fn errors_of(&self, radiances: usize) -> Option<usize> {
+        let is_error = |band: &Band| band.plane == Plane::StandardError && band.name == self.bands[radiances].name;
+        self.bands.iter().position(is_error).filter(|_| !self.is_error(radiances))
     }
 
-    /// True if a band holds the standard errors of another.
+    /// True if a band holds standard errors.
     pub fn is_error(&self, band: usize) -> bool {
-        (0..self.bands.len()).any(|of| self.errors_of(of) == Some(band))
+        self.bands[band].plane == Plane::StandardError
     }
 
     /// The bands that are radiances, without those of standard errors.
     pub fn radiances(&self) -> impl Iterator<Item = usize> + '_ {
-        let errors: Vec<usize> = (0..self.bands.len()).filter_map(|b| self.errors_of(b)).collect();
-        (0..self.bands.len()).filter(move |b| !errors.contains(b))
+        (0..self.bands.len()).filter(|band| !self.is_error(*band))
+    }
+
+    /// All statements about the image in words, each with its topic: those about the scene, then those of the [report](Self::report).
+    pub fn statements(&self) -> Vec<(String, String)> {
+        self.notes.iter().cloned().chain(self.report.words()).collect()
+    }
+
+    /// All keywords of the image: those of the scene, then those of the [report](Self::report).
+    pub fn cards(&self) -> Vec<Keyword> {
+        self.keywords.iter().cloned().chain(self.report.cards()).collect()
+    }
+
+    /// Keywords of a band: of its passband, and its spectral errors.
+    pub fn band_cards(&self, band: usize) -> Vec<Keyword> {
+        let Band { name, plane, keywords, .. } = &self.bands[band];
+        let errors = if *plane == Plane::Radiance { self.report.band_cards(name) } else { Vec::new() };
+        keywords.iter().cloned().chain(errors).collect()
+    }
+
+    /// Statements about the spectral errors of a band, a sentence for each light.
+    pub fn band_words(&self, band: usize) -> Vec<String> {
+        let Band { name, plane, .. } = &self.bands[band];
+        if *plane == Plane::Radiance { self.report.band_words(name) } else { Vec::new() }
     }
 
     /// Position of the optical axis in the image, as FITS counts: the middle of the lower left pixel is (1, 1).

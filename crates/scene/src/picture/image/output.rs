@@ -1,6 +1,30 @@
 //! Encoding options of picture files.
 
+use super::Display;
 use crate::properties::Choices;
+
+/// Display and encoding of an image in files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SaveOptions {
+    /// Levels, palette, stretch and glare of colours.
+    pub display: Display,
+    /// Layers, compression and precision.
+    pub output: Output,
+}
+
+impl SaveOptions {
+    /// All bands alike in shades of grey, with the default encoding.
+    pub fn grey(bands: usize) -> Self {
+        Self { display: Display::grey(bands), output: Output::default() }
+    }
+
+    /// Options for images of instruments, whose optics are in the light already.
+    #[must_use]
+    pub fn without_glare(mut self) -> Self {
+        self.display.glare = None;
+        self
+    }
+}
 
 /// Layers of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

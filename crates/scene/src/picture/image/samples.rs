@@ -52,6 +52,18 @@ impl Samples {
         (0..self.len().min(others.len())).for_each(|i| self.add(i, others.at(i)));
     }
 
+    /// Puts other values behind these, in double precision where either is.
+    pub fn append(&mut self, others: Self) {
+        match (&mut *self, others) {
+            (Samples::Single(values), Samples::Single(others)) => values.extend(others),
+            (Samples::Double(values), Samples::Double(others)) => values.extend(others),
+            (values, others) => {
+                let all = (0..values.len()).map(|i| values.at(i)).chain((0..others.len()).map(|i| others.at(i)));
+                *self = Samples::Double(all.collect());
+            }
+        }
+    }
+
     /// Multiplies all values by a factor.
     pub fn scale(&mut self, factor: f64) {
         match self {

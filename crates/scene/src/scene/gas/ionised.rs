@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use spectra::fingerprint::Fingerprint;
 use spectra::spectrum::Spectrum;
 
 use super::cloud::GasCloud;
@@ -35,6 +36,8 @@ pub struct IonisedGas {
     pub by: String,
     /// The part of steps in which the gas did not settle.
     pub unsettled: f64,
+    /// Fingerprint of the stars and passbands that its species are derived from.
+    pub(in crate::scene) derived_from: Fingerprint,
     /// True if it was solved on few voxels, for a first look.
     pub is_rough: bool,
     /// Its species: one for each line that is seen, or some that always shine together, and one for the continuum.

@@ -2,27 +2,22 @@
 
 mod cloud;
 pub(super) mod ionised;
+mod model;
 mod species;
 
-use std::sync::Arc;
-
 use ionisation::atoms::ELEMENTS;
-use ionisation::balance::{Accuracy, COLDEST, Diffuse, Gas, HOTTEST, State};
+use ionisation::balance::{COLDEST, Diffuse, HOTTEST};
 use ionisation::benchmarks::BENCHMARKS;
-use ionisation::cloud::Quantity;
-use ionisation::error::IonisationError;
-use spectra::nebular::recombination_continuum;
 use spectra::passband::Passband;
-use spectra::units::{NumberDensity, Temperature, Velocity};
+use spectra::units::{Temperature, Velocity};
 
 pub use cloud::{GasCloud, IonisingStar};
 pub use ionised::IonisedGas;
-use species::Species;
+pub use model::Gas;
+pub(super) use model::{Solver, sources};
 
 use super::{Fields, Loader, Star, emission, fields, motion, star};
-use crate::error::{Error, Result};
-use crate::field::{Field, Grid, Lattice};
-use crate::memory;
+use crate::error::Result;
 use crate::properties::{
     Choice, Choices, Entry, Formula, Integer, Key, KeyRow, Number, Numbers, OrDefault, Range, Required, Section, Text, Type, ValueType,
 };
@@ -90,72 +85,25 @@ impl Choices for Diffuse {
     const ROWS: &'static [(&'static str, Self)] = &[("outward", Self::Outward), ("on_the_spot", Self::OnTheSpot)];
 }
 
-/// Stars that ionise a gas at most.
-const MOST_STARS: usize = 64;
-/// Voxels along the longest edge of a function that does not say how many.
-const VOXELS_OF_FUNCTION: usize = 96;
-/// Quantities that are asked for beside the species.
-const BESIDE: usize = 3;
-/// What gives every passband less than this part of its light is left out.
-const DARK: f64 = 1e-3;
-/// Voxels along the longest edge for a first look.
-const ROUGH: usize = 48;
+/// Reads a `[gas]` table.
+pub(super) fn build(section: &Section, fields: &Fields) -> Result<Gas> {
+    section.check(KEYS)?;
+    Ok(Gas {
+        density: fields.expression(section, &DENSITY)?,
+        abundances: section.read(&ABUNDANCES)?,
+        voxels: section.read(&VOXELS)?,
+        dust_cm2: section.read(&DUST_ABSORPTION)?,
+        temperature: section.read(&TEMPERATURE)?,
+        diffuse: section.read(&DIFFUSE)?,
+        doppler_fwhm: section.read(&DOPPLER_FWHM)?,
+    })
+}
 
-/// Reads a `[gas]` table, and has the stars ionise it.
-pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<IonisedGas> {
-    let mut cloud = read(section, loader, fields, stars)?;
-    if loader.is_rough {
-        cloud = cloud.coarser(ROUGH);
-    }
-    let turbulent = section.read(&DOPPLER_FWHM)?;
-    let species = Species::seen(bands);
-    let bytes = cloud.bytes(species.len() + BESIDE);
-    section.wrap(&DENSITY, memory::check("gas ionised by the stars", bytes, loader.inputs.memory_limit))?;
-    let densest = cloud.densest();
-    let functions: Vec<_> =
-        species.iter().map(|species| move |gas: &Gas, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
-    let mut quantities: Vec<Quantity> =
-        species.iter().zip(&functions).map(|(of, value)| Quantity { most: cloud.most(of.table, of.lines[0]), value }).collect();
-    let pairs = |gas: &Gas, state: &State| state.pairs(gas);
-    let most = cloud.electrons() * densest * densest;
-    let warm = |gas: &Gas, state: &State| pairs(gas, state) * state.temperature;
-    let thick = |gas: &Gas, state: &State| pairs(gas, state) * state.electrons;
-    quantities.push(Quantity { most, value: &pairs });
-    quantities.push(Quantity { most: 6e4 * most, value: &warm });
-    quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });
-    let accuracy = if loader.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
-    let found = cloud.ionised(&quantities, accuracy, loader.tracer.as_deref(), &loader.control).map_err(|error| match error {
-        IonisationError::Stopped => Error::Interrupted,
-        error => section.error(&DENSITY, error.to_string()),
-    })?;
-    let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
-    let mut quantities = found.quantities;
-    let [thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
-    let through = |band: &Passband| species.iter().zip(&quantities).map(|(species, values)| species.through(band) * sum(values)).collect();
-    let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
-    let counts = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
-    let counts: Vec<bool> = (0..species.len()).map(counts).collect();
-    let gridded = |values: Vec<f32>| {
-        Arc::new(Grid::from_lattice(cloud.lattice.clone(), ionised::softened(cloud.lattice.dims, values))) as Arc<dyn Field>
-    };
-    let all = sum(&pairs);
-    let mean = |values: &[f32]| (all > 0.0).then(|| sum(values) / all);
-    let (temperature, electrons) = (mean(&warm), mean(&thick));
-    let mut glow = Vec::new();
-    for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
-        if counts {
-            let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
-            glow.push((species.name(), gridded(values), species.spectrum().broadened(thermal).broadened(turbulent)));
-        }
-    }
-    if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
-        let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
-        let spectrum = section.wrap(&DENSITY, recombination_continuum(at.0, at.1))?;
-        glow.push(("hydrogen's continuum".into(), gridded(pairs), spectrum));
-    }
-    let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
-    let (escaped, passes, change, by) = (found.escaped, found.passes, found.change, found.by);
-    Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: loader.is_rough, species: glow })
+/// Has the stars ionise the gas of a table.
+pub(super) fn solve(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<IonisedGas> {
+    let Loader { is_rough, tracer, control, inputs, .. } = loader;
+    let solver = Solver { is_rough: *is_rough, memory_limit: inputs.memory_limit, tracer: tracer.as_deref(), control };
+    section.wrap(&DENSITY, build(section, fields)?.ionised_by(stars, bands, &solver))
 }
 
 /// Mean of the gas over the stars of several moments. Equal stars in a row are solved once.
@@ -173,41 +121,7 @@ pub(super) fn mean(moments: &[&[Star]], build: impl Fn(&[Star]) -> Result<Ionise
 
 /// The edge of a voxel of the gas of a table \[pc\].
 pub(super) fn voxel_pc(section: &Section, fields: &Fields) -> Result<f64> {
-    let density = fields.expression(section, &DENSITY)?;
-    let voxels = section.read(&VOXELS)?;
-    Ok(match (density.grid(), voxels) {
-        (Some(grid), None) => grid.lattice().voxel_pc().min_element(),
-        (_, voxels) => density.bounds().size().max_element() / voxels.unwrap_or(VOXELS_OF_FUNCTION) as f64,
-    })
-}
-
-/// The gas of a table, and the stars that ionise it.
-fn read(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star]) -> Result<GasCloud> {
-    section.check(KEYS)?;
-    let density = fields.expression(section, &DENSITY)?;
-    let abundances = section.read(&ABUNDANCES)?;
-    let voxels = section.read(&VOXELS)?;
-    let dust_cm2 = section.read(&DUST_ABSORPTION)?;
-    let isothermal = section.read(&TEMPERATURE)?.map(|temperature| temperature.0);
-    let diffuse = section.read(&DIFFUSE)?;
-    let stars = IonisingStar::of(stars);
-    if stars.len() > MOST_STARS {
-        let message = format!("{} stars ionise the gas, at most {MOST_STARS} are supported; remove faint stars or merge some", stars.len());
-        return Err(section.error(&DENSITY, message));
-    }
-    // For a first look a grid is taken as it is, to be made coarser, and a function is not asked at more places than needed.
-    let is_own = |grid: &&Grid| loader.is_rough || voxels.is_none_or(|voxels| grid.lattice().dims.into_iter().max() == Some(voxels));
-    let voxels = voxels.unwrap_or(VOXELS_OF_FUNCTION).min(if loader.is_rough { ROUGH } else { usize::MAX });
-    let own = density.grid().filter(is_own);
-    let lattice = own.map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
-    let (hydrogen, memory_limit) = (Vec::new(), loader.inputs.memory_limit);
-    let mut cloud = GasCloud { lattice, hydrogen, abundances, dust_cm2, isothermal, diffuse, stars, memory_limit };
-    section.wrap(&DENSITY, memory::check("gas ionised by the stars", cloud.bytes(BESIDE), loader.inputs.memory_limit))?;
-    cloud.hydrogen = match own {
-        Some(grid) => grid.values().into_owned(),
-        None => Grid::from_function(&density, cloud.lattice.clone(), 1.0, &loader.control)?.values().into_owned(),
-    };
-    Ok(cloud)
+    Ok(build(section, fields)?.voxel_pc())
 }
 
 /// Abundances by name, or as a list of numbers.

@@ -212,6 +212,7 @@ mod tests {
 
     use super::*;
     use crate::fixtures::{ball, dust, on_axis, scene, star};
+    use crate::plan::{Planner, Quality};
 
     /// ⟨q⟩ of the plan's own basis by quadrature, for one quad of elements and for two, short spans, long ones, and
     /// such as leave the table.
@@ -223,7 +224,10 @@ mod tests {
             let mut scene = scene(camera, 8).dust(dust(ball(1.0), "inverse_wavelength", 4.0)).star(star(9000.0, 1.0, glam::DVec3::ZERO));
             scene.method = scene.method.with_name("projection").unwrap();
             scene.method.settings.count = Some(size);
-            let plan = Plan::sampled(&scene, &crate::plan::Options::default(), 10, &crate::control::Control::default()).unwrap();
+            let plan = Planner::new(&crate::plan::Options::default())
+                .with_quality(Quality::Fixed(10))
+                .plan(&scene, None, &crate::control::Control::default())
+                .unwrap();
             let Form::Projection(projection) = &plan.spectral.bands[0].rule.form else { panic!("another form") };
             let table = CoordinateTable::new(projection);
             let end = projection.basis.range;

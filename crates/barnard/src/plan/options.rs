@@ -1,10 +1,9 @@
-//! Settings of a plan other than the scene: what a program allows, and the method that is in force.
+//! Options of plans that are not part of a scene.
 
 use std::sync::Arc;
 
 use crate::memory;
 use crate::plan::multiple_scattering::sweeper::Sweeper;
-use crate::scene::{Method, Scene};
 
 /// Options of a plan that are not part of the scene.
 #[derive(Debug, Clone)]
@@ -41,27 +40,5 @@ impl Options {
     #[must_use]
     pub fn with_star_depth_voxels(self, star_depth_voxels: usize) -> Self {
         Self { star_depth_voxels, ..self }
-    }
-}
-
-/// The settings by which a plan is made: the method that is in force, which need not be the scene's while a rule is
-/// made finer, and what it may take.
-#[derive(Debug, Clone)]
-pub(crate) struct Settings {
-    /// The spectral rule and its accuracy.
-    pub method: Method,
-    /// Most bytes a plan may take.
-    pub memory_limit: u64,
-    /// The device that sweeps light of more than one scattering; the processor where there is none.
-    pub sweeper: Option<Arc<dyn Sweeper>>,
-    /// Most voxels of star depths along one of dust.
-    pub star_depth_voxels: usize,
-}
-
-impl Settings {
-    /// The settings of the scene's own method.
-    pub fn of(scene: &Scene, options: &Options) -> Self {
-        let Options { memory_limit, sweeper, star_depth_voxels } = options.clone();
-        Self { method: scene.method.clone(), memory_limit, sweeper, star_depth_voxels }
     }
 }

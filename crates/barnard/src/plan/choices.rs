@@ -2,17 +2,12 @@
 //!
 //! Pilot rays choose steps, star depths, samples of functions and rules by the picture that is asked for. Two neighbouring
 //! frames may come to two choices, each within the accuracy, and the step from one to the other is seen. [`Choices`] are
-//! those of some plans together, the finest of each; a plan that holds to them has no pilots of its own.
+//! those of some plans together, the finest of each; a plan made by them ([`Quality::Chosen`](super::Quality::Chosen)) has no pilots of its own.
 
-use std::sync::Arc;
-
-use super::draft::{Draft, detail};
 use super::spectral::RuleTarget;
-use super::{ErrorEstimate, Options, Plan, Settings, Spatial, SpatialPlan, SpectralPlan, Stepping};
-use crate::control::Control;
+use super::{Plan, Stepping};
 use crate::detail::Roughness;
-use crate::error::Result;
-use crate::scene::Scene;
+use crate::image::{ScatteringError, SpatialError};
 
 /// Choices of the pilot rays.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,9 +21,9 @@ pub struct Choices {
     /// The accuracy of spectral rules, and the optical depth for which they are made.
     pub rules: RuleTarget,
     /// The spatial error that was measured: the worst.
-    pub spatial: Option<Spatial>,
+    pub spatial: Option<SpatialError>,
     /// The errors of light that was scattered before, and of that of the gathered stars, where they were measured: the worst.
-    pub scattered: (Option<ErrorEstimate>, Option<f64>),
+    pub scattered: (Option<ScatteringError>, Option<f64>),
     /// Roughness by which `[detail]` continues each density, the largest of all pilots; empty without `[detail]`. Measured per frame,
     /// it makes the noise flicker while gas moves.
     pub roughness: Vec<Roughness>,
@@ -65,7 +60,7 @@ impl Choices {
     pub fn and(&self, other: &Self) -> Self {
         let stepping = if other.stepping.density() > self.stepping.density() { other.stepping } else { self.stepping };
         let spatial = match (self.spatial, other.spatial) {
-            (Some(a), Some(b)) => Some(Spatial { stepping, rays: a.rays + b.rays, ..if b.error > a.error { b } else { a } }),
+            (Some(a), Some(b)) => Some(SpatialError { stepping, rays: a.rays + b.rays, ..if b.error > a.error { b } else { a } }),
             (a, b) => a.or(b),
         };
         Self {
@@ -75,9 +70,9 @@ impl Choices {
             rules: RuleTarget { accuracy: self.rules.accuracy.min(other.rules.accuracy), depth: self.rules.depth.max(other.rules.depth) },
             spatial,
             scattered: {
-                let part = |of: fn(&ErrorEstimate) -> f64| larger(self.scattered.0.as_ref().map(of), other.scattered.0.as_ref().map(of));
+                let part = |of: fn(&ScatteringError) -> f64| larger(self.scattered.0.as_ref().map(of), other.scattered.0.as_ref().map(of));
                 let both = part(|e| e.spatial).zip(part(|e| e.angular));
-                let estimate = both.map(|(spatial, angular)| ErrorEstimate { spatial, angular });
+                let estimate = both.map(|(spatial, angular)| ScatteringError { spatial, angular });
                 (estimate, larger(self.scattered.1, other.scattered.1))
             },
             roughness: {
@@ -89,62 +84,19 @@ impl Choices {
     }
 }
 
-impl Plan {
-    /// Plans `scene` by choices that are made already, with the same bits from what another plan by the same choices has
-    /// that still holds. What it states of its spatial error is what those say.
-    ///
-    /// # Errors
-    /// Errors of [`new`](Self::new).
-    pub fn holding(before: Option<&Self>, scene: &Scene, options: &Options, choices: &Choices, control: &Control) -> Result<Self> {
-        scene.check()?;
-        let settings = &Settings::of(scene, options);
-        let lights = crate::light::lights(scene)?;
-        // A light field stands in place of star depths, which are gone; dust that became more by a ratio is rounded otherwise
-        // than dust that was sampled so.
-        let known = before.filter(|plan| plan.light_field.is_none() && plan.space.has_as_much_dust_as(scene));
-        let kept = known.map(|plan| plan.space.updated(scene, settings, control)).transpose()?.flatten();
-        let kept_detail = before.filter(|_| kept.is_some()).and_then(|plan| plan.detail.clone());
-        let mut space = kept.map_or_else(|| SpatialPlan::new(scene, settings, control).map(Arc::new), Ok)?;
-        let detail =
-            kept_detail.filter(|kept| Some(&kept.said) == scene.detail.as_ref()).or_else(|| detail(scene, &space, &choices.roughness));
-        if let Some(edge) = choices.sampled_edge.filter(|edge| space.sampled_edge().is_some_and(|own| own < *edge))
-            && let Some(finer) = space.resampled(scene, edge, settings, control)?
-        {
-            space = Arc::new(finer);
-        }
-        if space.star_factor != choices.star_factor {
-            Arc::make_mut(&mut space).refine_stars(choices.star_factor, settings, control)?;
-        }
-        if space.spatial != choices.spatial {
-            Arc::make_mut(&mut space).spatial = choices.spatial;
-        }
-        space.check_stars(scene)?;
-        let spectral = SpectralPlan::with_rules(scene, &lights, &space, settings, choices.rules, control)?;
-        spectral.check_strength(&lights)?;
-        let draft = Draft { scene, settings, lights: Arc::new(lights), space, spectral: Arc::new(spectral), detail };
-        let light_field = draft.light_field(control)?;
-        let mut plan = draft.plan(choices.stepping, light_field, before.and_then(|plan| plan.scattered_field.as_deref()), control)?;
-        if let Some(field) = &mut plan.scattered_field {
-            // What was measured of one camera's picture is not said of another's.
-            let report = &mut Arc::make_mut(field).report;
-            report.error_estimate = choices.scattered.0;
-            if let Some(far_field) = &mut report.far_field {
-                far_field.error = choices.scattered.1;
-            }
-        }
-        Ok(plan)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use glam::DVec3;
 
     use super::*;
+    use crate::control::Control;
     use crate::detail::Detail;
     use crate::field::{Field, Grid};
     use crate::fixtures::{dust, on_axis, scene, star};
     use crate::geometry::Bounds;
+    use crate::plan::{Options, Planner, Quality};
     use crate::random::Counter;
 
     /// Frames of a film whose density changes are continued below their voxels by one roughness; planned one by one each has its own.
@@ -160,10 +112,11 @@ mod tests {
             scene
         };
         let (options, control) = (Options::default(), Control::default());
-        let choices = Choices::of(&Plan::new(&frame(1.0), &options, &control).unwrap());
-        let roughness = |plan: Plan| plan.detail.unwrap().roughness.clone();
-        let measured = roughness(Plan::new(&frame(2.0), &options, &control).unwrap());
-        let shared = roughness(Plan::holding(None, &frame(2.0), &options, &choices, &control).unwrap());
+        let planned = |quality, power| Planner::new(&options).with_quality(quality).plan(frame(power), None, &control).unwrap();
+        let roughness = |quality, power| planned(quality, power).detail.as_ref().unwrap().roughness.clone();
+        let choices = Choices::of(&planned(Quality::Full, 1.0));
+        let measured = roughness(Quality::Full, 2.0);
+        let shared = roughness(Quality::Chosen(choices.clone()), 2.0);
         assert!(shared == choices.roughness && measured != shared && measured.len() == 1, "{measured:?} {shared:?}");
         let rougher = choices.and(&Choices { roughness: measured.clone(), ..choices.clone() });
         assert_eq!(rougher.roughness[0].deviation, measured[0].deviation.max(shared[0].deviation));

@@ -1,0 +1,265 @@
+//! Gas of a scene: its density and composition, from which stars derive its glow.
+
+use std::sync::Arc;
+
+use ionisation::atoms::ELEMENTS;
+use ionisation::balance::{Accuracy, Diffuse, Gas as Matter, State};
+use ionisation::cloud::Quantity;
+use ionisation::error::IonisationError;
+use ionisation::tracer::RayTracer;
+use spectra::fingerprint::{Digest, Fingerprint};
+use spectra::nebular::recombination_continuum;
+use spectra::passband::Passband;
+use spectra::units::{NumberDensity, Temperature, Velocity};
+
+use super::ionised::Glow;
+use super::species::Species;
+use super::{ABUNDANCE_SETS, GasCloud, IonisedGas, IonisingStar, ionised};
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::field::{Field, Grid, IntoField, Lattice};
+use crate::memory;
+use crate::scene::{Emission, Scene, Star, star};
+
+/// Stars that ionise a gas at most.
+const MOST_STARS: usize = 64;
+/// Voxels along the longest edge of a function that does not say how many.
+pub(super) const VOXELS_OF_FUNCTION: usize = 96;
+/// Quantities that are asked for beside the species.
+const BESIDE: usize = 3;
+/// A species with less than this part of the light in every passband is left out.
+const DARK: f64 = 1e-3;
+/// Voxels along the longest edge for a first look.
+const ROUGH: usize = 48;
+
+/// Gas that the stars of a scene ionise, as `[gas]` states it.
+///
+/// # Examples
+/// ```
+/// use barnard_scene::field::Sphere;
+/// use barnard_scene::glam::{DVec3, dvec3};
+/// use barnard_scene::scene::{Gas, Scene, Star};
+/// use barnard_scene::{Camera, Control};
+/// use spectra::units::{Length, Luminosity, Temperature};
+///
+/// let gas = Gas::new(Sphere::new(DVec3::ZERO, 1.0)?).with_voxels(12);
+/// let star = Star::blackbody(Temperature(40_000.0), Luminosity::suns(1e5));
+/// let scene = Scene::new(Camera::look_at(dvec3(0.0, 0.0, 8.0), DVec3::ZERO)).star(star);
+/// let mut scene = scene.ionised(&gas, 1 << 30, &Control::default())?;
+/// assert!(scene.gas.as_ref().is_some_and(|gas| gas.temperature.is_some()) && scene.check().is_ok());
+/// scene.stars.clear();
+/// assert!(scene.check().is_err(), "the gas was ionised by another star");
+/// # Ok::<(), barnard_scene::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Gas {
+    /// Density of hydrogen nuclei \[cm⁻³\].
+    pub density: Arc<dyn Field>,
+    /// Nuclei of H, He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus.
+    pub abundances: [f64; ELEMENTS],
+    /// Voxels along the longest edge; `None` for those of a grid, otherwise 96.
+    pub voxels: Option<usize>,
+    /// Dust absorption cross section for ionising light per hydrogen nucleus \[cm²\].
+    pub dust_cm2: f64,
+    /// Fixed electron temperature; `None` for thermal equilibrium.
+    pub temperature: Option<Temperature>,
+    /// Treatment of recombination light.
+    pub diffuse: Diffuse,
+    /// Turbulent full width at half maximum of the lines.
+    pub doppler_fwhm: Velocity,
+}
+
+/// Means by which a gas is solved.
+pub(in crate::scene) struct Solver<'a> {
+    pub is_rough: bool,
+    pub memory_limit: u64,
+    pub tracer: Option<&'a dyn RayTracer>,
+    pub control: &'a Control,
+}
+
+/// Fingerprint of what the glow of a gas depends on beside the gas.
+pub(in crate::scene) fn sources(stars: &[Star], bands: &[Passband]) -> Fingerprint {
+    let mut digest = Digest::new("sources");
+    digest.part(star::fingerprint(stars));
+    for band in bands {
+        digest.part(band.fingerprint());
+    }
+    digest.finish()
+}
+
+impl Gas {
+    /// Gas of a density of hydrogen nuclei \[cm⁻³\] with Orion's abundances, in thermal equilibrium, without dust or turbulence.
+    pub fn new(density: impl IntoField) -> Self {
+        Self {
+            density: density.into_field(),
+            abundances: ABUNDANCE_SETS[0].values,
+            voxels: None,
+            dust_cm2: 0.0,
+            temperature: None,
+            diffuse: Diffuse::Outward,
+            doppler_fwhm: Velocity(0.0),
+        }
+    }
+
+    /// Copy of the gas on voxels, this many along the longest edge.
+    #[must_use]
+    pub fn with_voxels(self, voxels: usize) -> Self {
+        Self { voxels: Some(voxels), ..self }
+    }
+
+    /// Copy of the gas with other abundances: nuclei of H, He, C, N, O, Ne, Mg, Si and S per hydrogen nucleus.
+    #[must_use]
+    pub fn with_abundances(self, abundances: [f64; ELEMENTS]) -> Self {
+        Self { abundances, ..self }
+    }
+
+    /// Copy of the gas at a fixed electron temperature.
+    #[must_use]
+    pub fn with_temperature(self, temperature: Temperature) -> Self {
+        Self { temperature: Some(temperature), ..self }
+    }
+
+    /// Copy of the gas with dust that absorbs ionising light, by its cross section per hydrogen nucleus \[cm²\].
+    #[must_use]
+    pub fn with_dust_absorption(self, dust_cm2: f64) -> Self {
+        Self { dust_cm2, ..self }
+    }
+
+    /// The edge of its smallest voxel \[pc\].
+    pub(in crate::scene) fn voxel_pc(&self) -> f64 {
+        match (self.density.grid(), self.voxels) {
+            (Some(grid), None) => grid.lattice().voxel_pc().min_element(),
+            (_, voxels) => self.density.bounds().size().max_element() / voxels.unwrap_or(VOXELS_OF_FUNCTION) as f64,
+        }
+    }
+
+    /// The gas on voxels with the stars that ionise it.
+    fn cloud(&self, stars: &[Star], solver: &Solver) -> Result<GasCloud> {
+        let Self { density, voxels, abundances, dust_cm2, diffuse, .. } = self;
+        let stars = IonisingStar::of(stars);
+        if stars.len() > MOST_STARS {
+            let problem = format!("{} stars ionise the gas, at most {MOST_STARS} are supported", stars.len());
+            return Err(Error::conflict(problem, "remove faint stars or merge some"));
+        }
+        // For a first look a grid is taken as it is, to be made coarser, and a function is not asked at more places than needed.
+        let is_native = |grid: &&Grid| solver.is_rough || voxels.is_none_or(|voxels| grid.lattice().dims.into_iter().max() == Some(voxels));
+        let voxels = voxels.unwrap_or(VOXELS_OF_FUNCTION).min(if solver.is_rough { ROUGH } else { usize::MAX });
+        let grid = density.grid().filter(is_native);
+        let lattice = grid.map_or_else(|| Lattice::along(density.bounds(), voxels), |grid| grid.lattice().clone());
+        let mut cloud = GasCloud {
+            lattice,
+            hydrogen: Vec::new(),
+            abundances: *abundances,
+            dust_cm2: *dust_cm2,
+            isothermal: self.temperature.map(|temperature| temperature.0),
+            diffuse: *diffuse,
+            stars,
+            memory_limit: solver.memory_limit,
+        };
+        memory::check("gas ionised by the stars", cloud.bytes(BESIDE), solver.memory_limit)?;
+        cloud.hydrogen = match grid {
+            Some(grid) => grid.values().into_owned(),
+            None => Grid::from_function(density, cloud.lattice.clone(), 1.0, solver.control)?.values().into_owned(),
+        };
+        Ok(cloud)
+    }
+
+    /// Ionised state of the gas, and the species that glow in some passbands.
+    ///
+    /// # Errors
+    /// More than 64 ionising stars, more memory than is allowed, densities that are none, and interruption by the user.
+    pub(in crate::scene) fn ionised_by(&self, stars: &[Star], bands: &[Passband], solver: &Solver) -> Result<IonisedGas> {
+        let mut cloud = self.cloud(stars, solver)?;
+        if solver.is_rough {
+            cloud = cloud.coarser(ROUGH);
+        }
+        let species = Species::seen(bands);
+        memory::check("gas ionised by the stars", cloud.bytes(species.len() + BESIDE), solver.memory_limit)?;
+        let densest = cloud.densest();
+        let functions: Vec<_> =
+            species.iter().map(|species| move |gas: &Matter, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
+        let mut quantities: Vec<Quantity> =
+            species.iter().zip(&functions).map(|(of, value)| Quantity { most: cloud.most(of.table, of.lines[0]), value }).collect();
+        let pairs = |gas: &Matter, state: &State| state.pairs(gas);
+        let most = cloud.electrons() * densest * densest;
+        let warm = |gas: &Matter, state: &State| pairs(gas, state) * state.temperature;
+        let thick = |gas: &Matter, state: &State| pairs(gas, state) * state.electrons;
+        quantities.push(Quantity { most, value: &pairs });
+        quantities.push(Quantity { most: 6e4 * most, value: &warm });
+        quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });
+        let accuracy = if solver.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
+        let found = cloud.ionised(&quantities, accuracy, solver.tracer, solver.control).map_err(|error| match error {
+            IonisationError::Stopped => Error::Interrupted,
+            error => Error::conflict(error.to_string(), "change the density or the stars"),
+        })?;
+        let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
+        let mut quantities = found.quantities;
+        let [thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
+        let through =
+            |band: &Passband| species.iter().zip(&quantities).map(|(species, values)| species.through(band) * sum(values)).collect();
+        let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
+        let counts = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
+        let counts: Vec<bool> = (0..species.len()).map(counts).collect();
+        let gridded = |values: Vec<f32>| {
+            Arc::new(Grid::from_lattice(cloud.lattice.clone(), ionised::softened(cloud.lattice.dims, values))) as Arc<dyn Field>
+        };
+        let all = sum(&pairs);
+        let mean = |values: &[f32]| (all > 0.0).then(|| sum(values) / all);
+        let (temperature, electrons) = (mean(&warm), mean(&thick));
+        let mut glow = Vec::new();
+        for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
+            if counts {
+                let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
+                glow.push((species.name(), gridded(values), species.spectrum().broadened(thermal).broadened(self.doppler_fwhm)));
+            }
+        }
+        if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
+            let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
+            let spectrum = recombination_continuum(at.0, at.1)?;
+            glow.push(("hydrogen's continuum".into(), gridded(pairs), spectrum));
+        }
+        let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
+        let (escaped, passes, change, by) = (found.escaped, found.passes, found.change, found.by);
+        let derived_from = sources(stars, bands);
+        Ok(IonisedGas {
+            derived_from,
+            cloud,
+            temperature,
+            electrons,
+            escaped,
+            passes,
+            change,
+            by,
+            unsettled,
+            is_rough: solver.is_rough,
+            species: glow,
+        })
+    }
+}
+
+impl Scene {
+    /// Copy of the scene with gas that its stars ionise: its species glow in the scene's passbands, in place of those of a gas before.
+    ///
+    /// # Errors
+    /// More than 64 ionising stars, more than `memory_limit` bytes, densities that are none, and interruption by the user.
+    pub fn ionised(mut self, gas: &Gas, memory_limit: u64, control: &Control) -> Result<Self> {
+        let solver = Solver { is_rough: false, memory_limit, tracer: None, control };
+        let ionised = gas.ionised_by(&self.stars, &self.bands, &solver)?;
+        let replaced = self.gas.take().map_or_else(Vec::new, |before| before.species.clone());
+        self.emission.retain(|own| replaced.iter().all(|(_, density, _)| !Arc::ptr_eq(density, &own.density)));
+        let glow = |(name, density, spectrum): Glow| Emission { name, density, spectrum };
+        self.emission.extend(ionised.species.iter().cloned().map(glow));
+        self.gas = Some(Arc::new(ionised));
+        Ok(self)
+    }
+
+    /// Refuses a gas that was ionised by other stars, or for other passbands.
+    pub(in crate::scene) fn check_gas(&self) -> Result<()> {
+        if self.gas.as_ref().is_none_or(|gas| gas.derived_from == sources(&self.stars, &self.bands)) {
+            return Ok(());
+        }
+        let problem = "the gas was ionised by other stars or for other passbands";
+        Err(Error::conflict(problem, "solve it again with Scene::ionised"))
+    }
+}
