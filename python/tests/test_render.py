@@ -1,6 +1,8 @@
 """Plans that are kept, sweeps, progress, interruption and images."""
 
 import _thread
+import json
+import pickle
 import signal
 import threading
 import time
@@ -295,3 +297,21 @@ def test_images_of_all_around_have_their_coordinates():
             truth = np.stack([np.cos(y) * np.cos(x), np.cos(y) * np.sin(x), np.sin(y)])
             seen = np.abs(y) < np.pi / 2
         assert np.abs(found - truth)[:, seen].max() < 1e-9, wcs.wcs.ctype[0]
+
+
+def test_reports_have_the_numbers_of_headers():
+    """The report of an image is that of its keywords and of JSON, also for plates and after pickling; exact back ends certify nothing."""
+    scene = lit(cloud())
+    image = scene.render()
+    report = image.report
+    assert report.backend == "cpu" and report.method == scene.plan().method and report.steps == scene.plan().steps
+    assert report.spatial_error.error == image.keywords["SPATERR"] and report.accuracy == image.keywords["ACCURACY"]
+    worst = max(own.absolute for lights in report.certificates.values() for own in lights)
+    assert report.spectral_error == worst and report.misses_accuracy == (report.spatial_error.error > report.accuracy)
+    assert json.loads(report.to_json())["spatial_error"]["pilot_rays"] == image.keywords["SPATRAYS"]
+    assert pickle.loads(pickle.dumps(image)).report == report
+    plates = scene.plates()
+    assert plates.expose(scene).certificates.keys() == image.certificates.keys() and plates.expose(scene).report.backend == "plates"
+    path = scene.render(backend="path", samples=4, seed=3)
+    assert path.report.paths == {"per_pixel": 4, "seed": 3, "skipped": 0} and path.report.certificates == {}
+    assert path.report.spectral_error is None and "johnson-V_error" in path.bands

@@ -56,6 +56,35 @@ fn check_prints_the_plan() {
     }
 }
 
+/// JSON on standard output has the numbers of the report, those of the headers too; words go to standard error.
+#[test]
+fn reports_are_json_on_request() {
+    let desk = Desk::new();
+    let json = |arguments: &[&str]| -> serde_json::Value {
+        let output = desk.run(arguments);
+        assert!(output.status.success() && !output.stderr.is_empty(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let rendered = json(&["render", "scene.toml", "-o", "out.fits", "--json"]);
+    let report = &rendered["report"];
+    assert_eq!((&rendered["files"][0], &report["backend"]), (&"out.fits".into(), &"cpu".into()));
+    let worst = |report: &serde_json::Value| {
+        let bands = report["certificates"].as_object().unwrap();
+        let errors = bands.values().flat_map(|lights| lights.as_array().unwrap()).map(|light| light["absolute"].as_f64().unwrap());
+        errors.fold(0.0, f64::max)
+    };
+    assert!(worst(report) > 0.0 && report["spectral_error"] == worst(report), "{report}");
+    let header = std::fs::read(desk.path("out.fits")).unwrap();
+    let card = header.chunks(80).find(|card| card.starts_with(b"SPATERR")).unwrap();
+    let stated: f64 = String::from_utf8_lossy(&card[10..30]).trim().parse().unwrap();
+    assert!((report["spatial_error"]["error"].as_f64().unwrap() / stated - 1.0).abs() < 1e-9, "{report}");
+    let expected = &json(&["check", "scene.toml", "--json"])["report"];
+    assert_eq!((&expected["method"], &expected["steps"]), (&report["method"], &report["steps"]));
+    let exact = json(&["render", "scene.toml", "-o", "exact.npy", "--json", "--backend", "reference", "--size", "2x2"]);
+    assert!(exact["report"]["spatial_error"].is_null() && exact["report"]["accuracy"].is_number(), "{exact}");
+    desk.refuses(&["render", "scene.toml", "-o", "png:-", "--json"], &["standard output", "--json"]);
+}
+
 #[test]
 fn completions_end_quietly_in_a_closed_pipe() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
