@@ -103,7 +103,7 @@ impl Plan {
 
     /// The report of an image that is not rendered yet, with the depths that are expected.
     pub fn expected_report(&self) -> Report {
-        self.report("", &self.expected())
+        Report { backend: None, ..self.report("", &self.expected()) }
     }
 
     /// Statements about volumes and fields of light, each with its topic.

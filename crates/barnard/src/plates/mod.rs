@@ -191,7 +191,7 @@ impl Plates {
             dust_per_pc: dust_per_pc(scene),
             accuracy: scene.method.accuracy,
             depth: stats.depth.max(0.0),
-            notes: plan.report("plates", &stats).words().into_iter().filter(|(topic, _)| topic != "backend" && topic != "method").collect(),
+            notes: plan.report("plates", &stats).statements(),
             nodes,
         })?;
         Ok((plates, plan))

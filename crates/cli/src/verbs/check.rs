@@ -160,7 +160,7 @@ fn describe_plan(plan: &Plan, report: &Report) {
         say!("          {}", report.worst_words(band.band.name()));
     }
     say!("steps     {}", plan.stepping());
-    for (key, value) in report.words() {
+    for (key, value) in report.statements() {
         say!("{key}: {value}");
     }
     crate::verbs::warn_of_accuracy(report);

@@ -191,7 +191,10 @@ impl Render {
         for band in &image.bands {
             detail!("{}: {}", band.name, image.report.worst_words(&band.name));
         }
-        image.report.words().iter().for_each(|(topic, words)| detail!("{topic}: {words}"));
+        image.report.statements().iter().for_each(|(topic, words)| detail!("{topic}: {words}"));
+        if image.report.negative > 0 {
+            say!("negative values: {} pixels over all bands, unchanged", image.report.negative);
+        }
         crate::verbs::warn_of_accuracy(&image.report);
         Ok(image)
     }

@@ -25,7 +25,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
             let worst = picture.image.report.worst_words(&band.name);
             ui.label(format!("{}: {worst}", band.name)).on_hover_text(picture.image.band_words(b).join("\n"));
         }
-        for (key, words) in picture.image.report.words() {
+        for (key, words) in picture.image.report.statements() {
             ui.label(format!("{key}: {words}"));
         }
     }

@@ -161,14 +161,17 @@ impl Report {
         self.spatial.zip(self.accuracy).is_some_and(|(spatial, accuracy)| spatial.worst() > accuracy)
     }
 
-    /// Statements about the image as a whole, each with its topic.
+    /// Statements about the image as a whole, each with its topic: its origin, then those of [`statements`](Self::statements).
     pub fn words(&self) -> Vec<(String, String)> {
-        let mut words: Vec<(String, String)> = Vec::new();
-        let mut state = |topic: &str, words_of: Option<String>| words.extend(words_of.map(|said| (topic.to_owned(), said)));
-        state("backend", self.backend.as_ref().map(|backend| format!("{backend}{}", self.sampling_words())));
-        state("method", self.method.clone());
-        state("spatial error", self.spatial.as_ref().map(|spatial| self.spatial_words(spatial)));
-        words.extend(self.notes.iter().cloned());
+        let backend = self.backend.as_ref().map(|backend| ("backend".to_owned(), format!("{backend}{}", self.sampling_words())));
+        let method = self.method.as_ref().map(|method| ("method".to_owned(), method.clone()));
+        backend.into_iter().chain(method).chain(self.statements()).collect()
+    }
+
+    /// Statements about errors, volumes and light, each with its topic.
+    pub fn statements(&self) -> Vec<(String, String)> {
+        let spatial = self.spatial.as_ref().map(|spatial| ("spatial error".to_owned(), self.spatial_words(spatial)));
+        let mut words: Vec<(String, String)> = spatial.into_iter().chain(self.notes.iter().cloned()).collect();
         let mut state = |topic: &str, count: u64, what: &str| {
             if count > 0 {
                 words.push((topic.to_owned(), format!("{count} {what}")));
