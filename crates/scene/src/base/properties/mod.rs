@@ -212,4 +212,23 @@ mod tests {
         less.remove("a");
         assert!(less.get("a").is_none() && less.to_string() != table(1).to_string());
     }
+
+    /// Numbers in one unit are checked one by one, like a list of texts.
+    #[test]
+    fn quantities_are_in_range() {
+        use spectra::units::{Quantity, Wavelength};
+        const KEY: Key<Quantities<Wavelength>> = Key::quantities("domain", "wavelengths").at_most(2.0);
+        let read = |value: Value| {
+            let mut table = Table::default();
+            table.insert("domain", value);
+            Section::new(&table, "method")
+                .read(&KEY)
+                .map(|found| found.unwrap_or_default().into_iter().map(Quantity::internal).collect::<Vec<_>>())
+        };
+        let list = |texts: [&str; 2]| Value::List(texts.map(|text| Property::from(Value::Text(text.into()))).to_vec());
+        assert_eq!(read(Value::Quantity(vec![500.0, 750.0], "nm".into())).unwrap(), read(list(["500 nm", "750 nm"])).unwrap());
+        let refused = |value: Value| read(value).unwrap_err().to_string();
+        let message = refused(Value::Quantity(vec![0.5, 3.0], "um".into()));
+        assert!(message.contains("out of range") && message == refused(list(["0.5 um", "3 um"])), "{message}");
+    }
 }

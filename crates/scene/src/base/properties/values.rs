@@ -276,7 +276,11 @@ impl<Q: Quantity> ValueType for Quantities<Q> {
         match entry.value {
             ValueRef::Given(Value::List(items)) => items.iter().map(|item| one(ValueRef::Given(&item.value))).collect(),
             ValueRef::Given(Value::Quantity(numbers, unit)) => {
-                numbers.iter().map(|number| entry.section.wrap(entry.key, Q::in_unit(*number, unit))).collect()
+                let single = |number: &f64| {
+                    let value = Value::Quantity(vec![*number], unit.clone());
+                    Entry { value: ValueRef::Given(&value), section: entry.section, key: entry.key }.quantity()
+                };
+                numbers.iter().map(single).collect()
             }
             ValueRef::Literal(Literal::Texts(texts)) => texts.iter().map(|text| one(ValueRef::Literal(Literal::Text(text)))).collect(),
             other => Ok(vec![one(other)?]),
