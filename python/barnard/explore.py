@@ -43,7 +43,7 @@ class Explorer(anywidget.AnyWidget):
     _css = _HERE / "explore.css"
     width = traitlets.Int(640).tag(sync=True)
     height = traitlets.Int(360).tag(sync=True)
-    sliders = traitlets.List().tag(sync=True)
+    sliders: Any = traitlets.List().tag(sync=True)
 
     def __init__(self, scene: Scene, sliders: Mapping[str, tuple[Any, Any]], size: tuple[int, int], display: dict[str, Any]):
         self._scene, self._display = scene, display
