@@ -306,22 +306,9 @@ fn objects_make_the_gas_that_a_file_makes() {
     let values = |scene: &Scene| -> Vec<Vec<f32>> {
         scene.emission.iter().map(|species| species.density.grid().unwrap().values().into_owned()).collect()
     };
-    // The same function as the file's formula.
-    #[derive(Debug)]
-    struct Shell;
-    impl barnard::field::Field for Shell {
-        fn at(&self, p: DVec3) -> f64 {
-            let within = |radius: f64| f64::from(u8::from(p.length_squared() < radius * radius));
-            100.0 * within(5.3) * (1.0 - within(0.972))
-        }
-        fn bounds(&self) -> Bounds {
-            Bounds { low: DVec3::splat(-5.3), high: DVec3::splat(5.3) }
-        }
-        fn feature_pc(&self) -> f64 {
-            1.0
-        }
-    }
-    let gas = Gas::new(Shell).with_voxels(16);
+    // The file's density on its voxels.
+    let cloud = &read.gas.as_ref().unwrap().cloud;
+    let gas = Gas::new(Grid::from_lattice(cloud.lattice.clone(), cloud.hydrogen.clone()));
     let control = barnard::Control::default();
     let empty = Scene { emission: Vec::new(), gas: None, ..read.clone() };
     let made = empty.clone().ionised(&gas, DEFAULT_LIMIT, &control).unwrap();
