@@ -16,6 +16,7 @@ from conftest import cameras, cloud, lit
 
 h5py = pytest.importorskip("h5py")
 fits = pytest.importorskip("astropy.io.fits")
+units = pytest.importorskip("astropy.units")
 yt = pytest.importorskip("yt")
 distributed = pytest.importorskip("distributed")
 emcee = pytest.importorskip("emcee")
@@ -137,7 +138,7 @@ def observed() -> bn.Scene:
 
 def names(path: Path) -> dict:
     """Names that the blocks of a page use and do not make."""
-    base = {"bn": bn, "np": np, "numpy": np, "density": cloud(16), "scene": lit(cloud(16)), "camera": bn.perspective("0 0 5 pc", "30 deg", size=16)}
+    base = {"bn": bn, "u": units, "np": np, "numpy": np, "density": cloud(16), "scene": lit(cloud(16)), "camera": bn.perspective("0 0 5 pc", "30 deg", size=16)}
     base |= {"cameras": cameras(2), "height": 112, "width": 112}
     if path.name == "observing.md":
         scipy = pytest.importorskip("scipy.optimize")

@@ -142,7 +142,7 @@ pub fn planes_of(image: &Image) -> Result<Observed> {
     let (sky, unit) = (sky_of(image)?, image.observation.map(|own| own.unit).unwrap_or_default());
     let plane = |name: String, unit: Option<String>, values: Vec<f64>| Plane { hdu: 0, name, version: 1, unit, values, sky: sky.clone() };
     let bands = image.bands.iter().enumerate();
-    let values = bands.map(|(band, own)| plane(own.name.clone(), Some(unit.fits().to_owned()), image.in_unit(band).collect()));
+    let values = bands.map(|(band, own)| plane(own.label(), Some(unit.fits().to_owned()), image.in_unit(band).collect()));
     let pixels = image.width * image.height;
     let masks = image.layers.iter().filter(|layer| layer.content == LayerContent::Mask).flat_map(|layer| {
         let channel = |(number, band): (usize, usize)| {
