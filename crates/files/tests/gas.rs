@@ -318,6 +318,14 @@ fn objects_make_the_gas_that_a_file_makes() {
     // Solved again, species are replaced; at another temperature they differ.
     let again = made.clone().ionised(&gas.clone().with_temperature(Temperature(6000.0)), DEFAULT_LIMIT, &control).unwrap();
     assert!(again.emission.len() <= made.emission.len() && values(&again) != values(&made));
+    // What no file may say is refused.
+    let mut metals = gas.abundances;
+    metals[4] = -1e-4;
+    let bad = [gas.clone().with_voxels(0), gas.clone().with_dust_absorption(f64::NAN), gas.clone().with_abundances(metals)];
+    for gas in bad.into_iter().chain([gas.clone().with_temperature(Temperature(-1.0))]) {
+        let refused = empty.clone().ionised(&gas, DEFAULT_LIMIT, &control).err().map(|error| error.to_string());
+        assert!(refused.as_ref().is_some_and(|words| words.contains("must be") || words.contains("out of range")), "{refused:?}");
+    }
     let mut moved = made.clone();
     moved.stars[0].position.x += 1.0;
     let narrow = made.clone().bands(made.bands[..1].to_vec());

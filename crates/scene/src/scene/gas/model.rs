@@ -14,7 +14,7 @@ use spectra::units::{NumberDensity, Temperature, Velocity};
 
 use super::ionised::Glow;
 use super::species::Species;
-use super::{ABUNDANCE_SETS, GasCloud, IonisedGas, IonisingStar, ionised};
+use super::{ABUNDANCE_SETS, DUST_ABSORPTION, GasCloud, IonisedGas, IonisingStar, TEMPERATURE, VOXELS, ionised};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, IntoField, Lattice};
@@ -126,6 +126,17 @@ impl Gas {
         Self { dust_cm2, ..self }
     }
 
+    /// Refuses what no scene file may state.
+    fn check(&self) -> Result<()> {
+        self.voxels.map_or(Ok(()), |voxels| VOXELS.check(voxels as f64))?;
+        DUST_ABSORPTION.check(self.dust_cm2)?;
+        self.temperature.map_or(Ok(()), |temperature| TEMPERATURE.check(temperature.0))?;
+        if self.abundances[0] == 1.0 && self.abundances.iter().all(|abundance| *abundance >= 0.0 && abundance.is_finite()) {
+            return Ok(());
+        }
+        Err(Error::conflict("the abundances of the gas are out of range", "give 1 for hydrogen and at least 0 for the others"))
+    }
+
     /// The edge of its smallest voxel \[pc\].
     pub(in crate::scene) fn voxel_pc(&self) -> f64 {
         match (self.density.grid(), self.voxels) {
@@ -170,6 +181,7 @@ impl Gas {
     /// # Errors
     /// More than 64 ionising stars, more memory than is allowed, densities that are none, and interruption by the user.
     pub(in crate::scene) fn ionised_by(&self, stars: &[Star], bands: &[Passband], solver: &Solver) -> Result<IonisedGas> {
+        self.check()?;
         let mut cloud = self.cloud(stars, solver)?;
         if solver.is_rough {
             cloud = cloud.coarser(ROUGH);
