@@ -43,7 +43,7 @@ class SpatialReport:
 class Report:
     """How an image was made and its stated errors; unknown values are None.
 
-    The same facts are printed by `barnard render --json` and stand in headers of .fits and .exr files.
+    `barnard render --json` prints this report too, and it is stored in headers of .fits and .exr files.
     """
 
     #: Name of the back end, with its device.

@@ -63,7 +63,7 @@ impl<'a> Job<'a> {
         })
     }
 
-    /// The same job with another plan of its scene.
+    /// This job, with `plan` in place of its plan.
     pub(super) fn by_plan(&self, plan: Plan) -> Self {
         Self { scene: self.scene.clone(), options: self.options, plan: OnceLock::from(Cow::Owned(plan)) }
     }

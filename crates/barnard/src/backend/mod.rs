@@ -55,7 +55,7 @@ impl Radiance {
     }
 }
 
-/// What a back end reads of a job.
+/// Parts of a job that a back end needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Input {
@@ -101,7 +101,7 @@ pub trait Backend: Send {
     /// The name in headers of images, with the device.
     fn name(&self) -> String;
 
-    /// What it reads of a job.
+    /// Parts of a job that this back end needs.
     fn input(&self) -> Input {
         Input::Plan
     }

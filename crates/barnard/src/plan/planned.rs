@@ -45,7 +45,7 @@ pub struct Planned {
     scene: Arc<Scene>,
     plan: Plan,
     options: Options,
-    /// Fingerprints of the scene, once they are asked for; those of the camera are not kept up.
+    /// Fingerprints of the scene, computed at first use. A later change of the camera does not update them.
     parts: OnceLock<Parts>,
 }
 

@@ -25,7 +25,7 @@ use crate::scene::{Emission, Scene, Star, star};
 const MOST_STARS: usize = 64;
 /// Voxels along the longest edge of a function that does not say how many.
 pub(super) const VOXELS_OF_FUNCTION: usize = 96;
-/// Quantities that are asked for beside the species.
+/// Number of quantities tabulated in addition to the species.
 const BESIDE: usize = 3;
 /// A species with less than this part of the light in every passband is left out.
 const DARK: f64 = 1e-3;
