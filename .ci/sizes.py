@@ -18,8 +18,6 @@ LONGER = {
     "crates/scene/src/instrument/exposures.rs": 467,  # exposure, read-out and calibration
     "crates/scene/src/picture/camera/mod.rs": 511,  # camera and its lens
     "crates/scene/src/picture/image/glare.rs": 516,  # kernels of glare and their convolution
-    "crates/scene/src/scene/mod.rs": 528,  # scene and its reader
-    "crates/viewer/src/app/mod.rs": 491,  # window and its commands
     "crates/viewer/src/studio.rs": 604,  # stand and shots of the studio
     "python/barnard/scene.py": 575,  # scene and its operations
     "python/barnard/tables.py": 2365,  # generated from the catalogues

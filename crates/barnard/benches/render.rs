@@ -33,7 +33,7 @@ fn scene(bake: usize) -> Scene {
 fn plan(scene: &Scene, method: &str) -> Planned {
     let method: Method = scene.method.clone().with_name(method).expect("a known method");
     Planner::new(&Options::default())
-        .plan(scene.clone().method(method), None, &Control::default())
+        .plan(scene.clone().with_method(method), None, &Control::default())
         .expect("the bench's scene can be planned")
 }
 
@@ -63,7 +63,10 @@ fn frame_by_bands(bencher: divan::Bencher, bands: usize) {
         let centre = Wavelength(0.4 + width_um * (i as f64 + 0.5));
         window(&format!("band {i}"), Counting::Energy, Window::TopHat { centre, width: Wavelength(width_um) }).expect("a passband")
     };
-    let plan = plan(&scene(128).bands((0..bands).map(band).collect()), "band_quadrature");
+    let plan = plan(
+        &scene(128).edited(|spec| *spec = spec.clone().with_bands((0..bands).map(band).collect())).expect("a scene"),
+        "band_quadrature",
+    );
     bencher.bench(|| cpu::radiance(&plan, &Control::default()).expect("a frame"));
 }
 
@@ -97,13 +100,16 @@ fn star_depths_floor(bencher: divan::Bencher, edge: usize) {
 /// A picture of plates, 1920 × 1080 pixels in three bands, of a star, gas and background: what each step of a slider costs.
 #[divan::bench]
 fn plates_exposed(bencher: divan::Bencher) {
-    let mut scene = scene(64);
-    scene.camera = scene.camera.size(1920, 1080);
     let gas = barnard::field::Sphere::new(DVec3::ZERO, 0.7).expect("a ball");
     let glow = spectra::spectrum::Spectrum::of_lines(vec![spectra::spectrum::Line { lambda_um: 0.5007, strength: 1e-24 }]);
     let sky =
         spectra::spectrum::Spectrum::continuous(1e-9, std::sync::Arc::new(spectra::sed::BlackBody(spectra::units::Temperature(5000.0))));
-    let scene = scene.emission(barnard::scene::Emission::new(gas, glow)).background(barnard::scene::Background::even(sky));
+    let scene = scene(64).edited(|spec| {
+        spec.camera = spec.camera.clone().size(1920, 1080);
+        spec.emission.push(barnard::scene::Emission::new(gas, glow));
+        spec.background = barnard::scene::Background::even(sky);
+    });
+    let scene = scene.expect("a scene");
     let plates = barnard::Plates::new(&scene, Default::default(), None, &Options::default(), &Control::default()).expect("plates");
     let mut picture = vec![0.0; 3 * 1920 * 1080];
     bencher.counter(BytesCount::new(plates.bytes() + 4 * picture.len() as u64)).bench_local(|| {

@@ -6,7 +6,7 @@ use barnard::field::Grid;
 use barnard::geometry::Bounds;
 use barnard::glam::{DVec3, dvec3};
 use barnard::phase::HenyeyGreenstein;
-use barnard::scene::{Dust, Scale, Scene, Star};
+use barnard::scene::{Dust, Scale, SceneSpec, Star};
 use barnard::spectra::extinction::Extinction;
 use barnard::spectra::units::{Luminosity, Temperature};
 use barnard::{Camera, Options};
@@ -24,9 +24,10 @@ fn helix() -> Vec<f32> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let density = Grid::new([64, 64, 64], Bounds::cube(DVec3::ZERO, 1.0), helix())?;
-    let dust = Dust::new(density, Extinction::by_name("gordon23")?, Scale::per_pc(5.0)).albedo(0.6).phase(HenyeyGreenstein::new(0.5)?);
+    let dust =
+        Dust::new(density, Extinction::by_name("gordon23")?, Scale::per_pc(5.0)).with_albedo(0.6).with_phase(HenyeyGreenstein::new(0.5)?);
     let star = Star::blackbody(Temperature(22_000.0), Luminosity::suns(5000.0)).at(dvec3(0.2, 0.1, 0.3));
     let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(25.0).size(256, 256);
-    let scene = Scene::new(camera).dust(dust).star(star);
+    let scene = SceneSpec::new(camera).with_dust(dust).with_star(star).build()?;
     Ok(barnard::render(&scene, &Options::default())?.save("array.png", &scene.save_options())?)
 }

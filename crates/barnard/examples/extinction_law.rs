@@ -4,7 +4,7 @@
 
 use barnard::field::Fbm;
 use barnard::glam::{DVec3, dvec3};
-use barnard::scene::{Background, Dust, Scale, Scene, Star, StarField};
+use barnard::scene::{Background, Dust, Scale, SceneSpec, Star, StarField};
 use barnard::spectra::extinction::{Extinction, ExtinctionLaw};
 use barnard::spectra::passband;
 use barnard::spectra::units::{Luminosity, Temperature};
@@ -26,10 +26,11 @@ impl ExtinctionLaw for GreyWithBump {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let law = Extinction::new("grey with a bump", GreyWithBump);
     let cloud = Fbm { ridged: true, scale: 0.5, ..Fbm::new(11) }.checked()?;
-    let dust = Dust::new(cloud, law, Scale::mag_per_pc(6.0)).albedo(0.5);
+    let dust = Dust::new(cloud, law, Scale::mag_per_pc(6.0)).with_albedo(0.5);
     let star = Star::blackbody(Temperature(9000.0), Luminosity::suns(300.0)).at(dvec3(0.3, 0.4, 0.6));
     let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).size(200, 200);
     let sky = Background::stars(StarField { seed: 7, ..StarField::default() });
-    let scene = Scene::new(camera).bands(passband::set("johnson")?).dust(dust).star(star).background(sky);
+    let scene =
+        SceneSpec::new(camera).with_bands(passband::set("johnson")?).with_dust(dust).with_star(star).with_background(sky).build()?;
     Ok(barnard::render(&scene, &Options::default())?.save("extinction_law.png", &scene.save_options())?)
 }

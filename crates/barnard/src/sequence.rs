@@ -15,7 +15,7 @@ use crate::backend::cpu::Cpu;
 use crate::camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::image::{Display, Level, Output, Tone};
+use crate::image::{Display, LayerChoice, Level, Tone};
 use crate::plan::{Choices, Options, Planned, Planner, Quality};
 use crate::properties::{Section, Table, Value};
 use crate::scene::{Film, Loader, Provenance, Scene};
@@ -157,13 +157,11 @@ impl Follower {
         let scene = match (known, still.get("camera").map(|property| &property.value)) {
             (Some(scene), Some(Value::Table(own))) => {
                 let camera = camera::build(&Section::new(own, "camera"), &loader.inputs).map_err(at_moment)?;
-                let scene = Scene { camera, ..scene };
-                scene.check().map_err(at_moment)?;
-                scene
+                scene.edited_within(loader.inputs.memory_limit, control, |spec| spec.camera = camera).map_err(at_moment)?
             }
             _ => {
                 let scene = Scene::still(&still, name, loader, Some(Film { timeline, tree, time })).map_err(at_moment)?;
-                Scene { timeline: Some(timeline.clone()), provenance: provenance.clone(), ..scene }
+                scene.with_provenance(provenance.clone()).with_timeline(timeline.clone())
             }
         };
         self.read = Some((content, scene.clone()));
@@ -233,7 +231,7 @@ impl FrameSettings {
                 let scale = PILOT_EDGE as f64 / width.max(height).max(PILOT_EDGE) as f64;
                 let edge = |n: usize| ((n as f64 * scale).round() as usize).max(1);
                 let camera = scene.camera.clone().size(edge(width), edge(height)).supersampling(1);
-                let small = Scene { camera, output: Output::default(), ..scene.clone() };
+                let small = scene.clone().with_camera(camera).with_layers(LayerChoice::default());
                 let (image, _) = Renderer::new(&mut Cpu).render(&plan.with_scene(small.into(), &control)?, &control)?;
                 // A frame without light asks for nothing.
                 if image.radiances().any(|band| image.band(band).any(|v| v > 0.0)) {

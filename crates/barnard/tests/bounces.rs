@@ -67,8 +67,7 @@ fn forward(g: f64) -> String {
 /// Light of so many bounces that has scattered at least twice (or, of gas and background, once), with its standard
 /// errors.
 fn again(scene: &Scene, bounces: usize, samples: u64) -> (Vec<f64>, Vec<f64>) {
-    let mut scene = scene.clone();
-    scene.method.bounces = bounces;
+    let scene = scene.edited(|spec| spec.method.bounces = bounces).unwrap();
     let options = path::Options::default().with_first(2).with_samples(samples);
     let mut film = path::Film::default();
     path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();

@@ -62,9 +62,8 @@ bake = 40
 {method}
 "#
     );
-    let mut scene = barnard_files::parse("bricks.toml", "bricks", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-    sample_functions(&mut scene, &Options::default()).unwrap();
-    scene
+    let scene = barnard_files::parse("bricks.toml", "bricks", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+    sample_functions(&scene, &Options::default()).unwrap()
 }
 
 fn planned(scene: &Scene) -> Planned {

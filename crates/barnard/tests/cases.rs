@@ -7,7 +7,7 @@ use barnard::plan::{Options, Planner};
 use barnard::scene::{Method, Scene};
 
 fn cpu(scene: &Scene, method: Method) -> Image {
-    let scene = &scene.clone().method(method);
+    let scene = &scene.clone().with_method(method);
     let plan = Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap();
     println!("{:?} {:?}, terms {}", plan.space().spatial, plan.space().star_factor, plan.spectral().terms());
     barnard::backend::Renderer::new(&mut barnard::backend::cpu::Cpu).render(&plan, &Control::default()).unwrap().0
@@ -36,8 +36,7 @@ fn reference_is_within_1e_4_of_every_case() {
 fn the_referee_is_within_chance_of_every_case() {
     use barnard::backend::path;
     let deviations = |folder: &std::path::Path, factor: f64| -> Vec<(f64, f64)> {
-        let mut scene = load(folder);
-        scene.dust.as_mut().unwrap().sigma_v_per_pc *= factor;
+        let scene = load(folder).edited(|spec| spec.dust.as_mut().unwrap().sigma_v_per_pc *= factor).unwrap();
         let options = path::Options::default().with_samples(256);
         let mut film = path::Film::default();
         path::trace(&scene, &options, &mut film, &Control::default(), &mut |_| ()).unwrap();
@@ -65,8 +64,7 @@ fn the_referee_is_within_chance_of_every_case() {
 #[test]
 fn a_denser_cloud_is_noticed() {
     for folder in folders() {
-        let mut scene = load(&folder);
-        scene.dust.as_mut().unwrap().sigma_v_per_pc *= 1.03;
+        let scene = load(&folder).edited(|spec| spec.dust.as_mut().unwrap().sigma_v_per_pc *= 1.03).unwrap();
         let image = cpu(&scene, Method::default());
         assert!(compare(&folder, &image, 3e-3) > 3e-3, "{}", folder.display());
     }

@@ -8,7 +8,7 @@ use barnard::glam::{DVec3, dvec3};
 use barnard::image::{Image, relative_rms};
 use barnard::phase::HenyeyGreenstein;
 use barnard::plan::{Planner, Stepping};
-use barnard::scene::{Dust, Emission, Scale, Scene, Star};
+use barnard::scene::{Dust, Emission, Scale, Scene, SceneSpec, Star};
 use barnard::spectra::extinction::Extinction;
 use barnard::spectra::spectrum::{Line, Spectrum};
 use barnard::spectra::units::{Luminosity, Temperature};
@@ -27,14 +27,21 @@ fn scene(depth: f64) -> Scene {
 fn lit_from(depth: f64, star: DVec3) -> Scene {
     let cloud = Turbulence { voxels: 16, ..Turbulence::new(3, Bounds::cube(DVec3::ZERO, 1.0), 3.0).unwrap() };
     let gas = Grid::sampled(Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 0.9) }, |p| (-3.0 * p.length_squared()).exp());
-    let dust = Dust::new(cloud.grid(1 << 30).unwrap(), Extinction::by_name("gordon23").unwrap(), Scale::per_pc(depth)).albedo(0.6);
+    let dust = Dust::new(cloud.grid(1 << 30).unwrap(), Extinction::by_name("gordon23").unwrap(), Scale::per_pc(depth)).with_albedo(0.6);
     let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(star).hidden();
     let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3e-22 }]);
     let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), dvec3(0.2, 0.1, 0.0)).field_of_view_deg(4.0).size(16, 12);
-    Scene::new(camera)
-        .dust(dust.phase(HenyeyGreenstein::new(0.5).unwrap()))
-        .star(star)
-        .emission(Emission { name: "H alpha".into(), ..Emission::new(gas, glow) })
+    SceneSpec::new(camera)
+        .with_dust(dust.with_phase(HenyeyGreenstein::new(0.5).unwrap()))
+        .with_star(star)
+        .with_emission(Emission::new(gas, glow).with_name("H alpha"))
+        .build()
+        .unwrap()
+}
+
+/// Variant with detail below its voxels.
+fn detailed(scene: &Scene, detail: Detail) -> Scene {
+    scene.edited(|spec| spec.detail = Some(detail)).unwrap()
 }
 
 fn values(image: &Image) -> Vec<f64> {
@@ -59,16 +66,16 @@ fn on_cpu(scene: &Scene, stepping: Option<Stepping>) -> Vec<f64> {
 fn detail_is_that_of_the_reference() {
     let inside = dvec3(0.2, 0.12, 0.1);
     for (depth, plain) in [(0.3, scene(0.3)), (3.0, scene(3.0)), (1.0, lit_from(1.0, inside))] {
-        let detailed = plain.clone().detail(detail());
-        let truth = values(&barnard::render_reference(&detailed, 1e-4, &Control::default()).unwrap());
+        let noisy = detailed(&plain, detail());
+        let truth = values(&barnard::render_reference(&noisy, 1e-4, &Control::default()).unwrap());
         let without = values(&barnard::render_reference(&plain, 1e-4, &Control::default()).unwrap());
         let changed = difference(&truth, &without);
-        let own = difference(&on_cpu(&detailed, None), &truth);
-        let fine = difference(&on_cpu(&detailed, Some(Stepping::PerVoxel(24.0))), &truth);
+        let own = difference(&on_cpu(&noisy, None), &truth);
+        let fine = difference(&on_cpu(&noisy, Some(Stepping::PerVoxel(24.0))), &truth);
         println!("depth {depth}: detail changes {changed:.2e}; own steps {own:.2e}, fine ones {fine:.2e} off");
         // A sample is its density times the mean of the noise over a stretch: what both do together in it is missing.
         assert!(changed > 0.1 && own < 0.05 * changed && fine < 0.01 * changed, "{depth}: {changed} {own} {fine}");
-        let other = on_cpu(&plain.detail(Detail { seed: 2, ..detail() }), None);
+        let other = on_cpu(&detailed(&plain, Detail { seed: 2, ..detail() }), None);
         assert!(difference(&other, &truth) > 0.5 * changed);
     }
 }
@@ -77,16 +84,15 @@ fn detail_is_that_of_the_reference() {
 #[test]
 #[ignore = "long"]
 fn detail_is_that_of_paths() {
-    let mut scene = scene(1.5).detail(detail());
-    scene.camera = scene.camera.size(6, 4);
+    let scene = detailed(&scene(1.5), detail());
+    let scene = scene.clone().with_camera(scene.camera.clone().size(6, 4));
     let truth = values(&barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap());
     let options = path::Options::default().with_samples(16_000);
     let job_options = Options::default();
     let (image, _) =
         Renderer::new(&mut path::PathTracer::new(options)).render(Job::new(&scene, &job_options).unwrap(), &Control::default()).unwrap();
     let found = difference(&values(&image), &truth);
-    let mut plain = scene.clone();
-    plain.detail = None;
+    let plain = scene.edited(|spec| spec.detail = None).unwrap();
     let without = difference(&values(&barnard::render_reference(&plain, 1e-4, &Control::default()).unwrap()), &truth);
     println!("paths {found:.2e} off, without detail {without:.2e}");
     assert!(found < 0.02 && without > 4.0 * found, "{found} {without}");
@@ -95,22 +101,22 @@ fn detail_is_that_of_paths() {
 /// From afar a pixel sees no voxels, and the picture has the bits that it had; so it has where the strength is zero.
 #[test]
 fn pixels_that_see_no_voxels_are_left_alone() {
-    let mut far = scene(1.0);
-    far.camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), DVec3::ZERO).field_of_view_deg(40.0).size(8, 6);
-    let coarse = on_cpu(&far.clone().detail(detail()), None);
+    let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), DVec3::ZERO).field_of_view_deg(40.0).size(8, 6);
+    let far = scene(1.0).with_camera(camera);
+    let coarse = on_cpu(&detailed(&far, detail()), None);
     assert!(coarse == on_cpu(&far, None));
     let near = scene(1.0);
-    assert!(on_cpu(&near.clone().detail(Detail { strength: 0.0, ..detail() }), None) == on_cpu(&near, None));
-    assert!(on_cpu(&near.clone().detail(detail()), None) != on_cpu(&near, None));
+    assert!(on_cpu(&detailed(&near, Detail { strength: 0.0, ..detail() }), None) == on_cpu(&near, None));
+    assert!(on_cpu(&detailed(&near, detail()), None) != on_cpu(&near, None));
 }
 
 /// Thin clouds send as much as before, all pixels of six seeds together; a part of a picture is that of the whole.
 #[test]
 fn detail_keeps_the_mean() {
-    let mut thin = scene(1e-3);
-    thin.camera = Camera::look_at(dvec3(0.0, 0.0, 40.0), DVec3::ZERO).field_of_view_deg(2.0).size(120, 100);
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 40.0), DVec3::ZERO).field_of_view_deg(2.0).size(120, 100);
+    let thin = scene(1e-3).with_camera(camera);
     let before = on_cpu(&thin, None);
-    let of_seed = |seed: u32| on_cpu(&thin.clone().detail(Detail { seed, ..detail() }), None);
+    let of_seed = |seed: u32| on_cpu(&detailed(&thin, Detail { seed, ..detail() }), None);
     let pictures: Vec<Vec<f64>> = (1..7).map(of_seed).collect();
     let pixels = 120 * 100;
     for (band, before) in before.chunks(pixels).enumerate() {
@@ -119,9 +125,8 @@ fn detail_keeps_the_mean() {
         assert!((ratio - 1.0).abs() < 0.012, "{band}: {ratio}");
     }
     assert!(difference(&pictures[0], &before) > 0.03);
-    let mut part = thin.detail(detail());
-    part.camera = part.camera.crop(40, 32, 16, 12).unwrap();
-    let part = on_cpu(&part, None);
+    let part = thin.camera.clone().crop(40, 32, 16, 12).unwrap();
+    let part = on_cpu(&detailed(&thin, detail()).with_camera(part), None);
     let inside = (0..3).flat_map(|b| (32..44).flat_map(move |y| (40..56).map(move |x| (b * 100 + y) * 120 + x)));
     let whole: Vec<f64> = inside.map(|i| pictures[0][i]).collect();
     assert!(difference(&part, &whole) < 1e-3, "{}", difference(&part, &whole));
@@ -137,6 +142,6 @@ fn pictures_tell_of_detail() {
             image.cards().iter().any(|k| k.name == "DETAIL"),
         )
     };
-    assert_eq!(told(&scene(1.0).detail(detail())), (true, true));
+    assert_eq!(told(&detailed(&scene(1.0), detail())), (true, true));
     assert_eq!(told(&scene(1.0)), (false, false));
 }

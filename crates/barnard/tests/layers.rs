@@ -9,7 +9,7 @@ use barnard::field::{Plummer, Shell, Slab};
 use barnard::glam::{DVec3, dvec3};
 use barnard::image::{FAR_AWAY, Image, Layer, LayerChoice, LayerContent, relative_rms};
 use barnard::phase::HenyeyGreenstein;
-use barnard::scene::{Background, Dust, Emission, Scale, Scene, Star, StarField};
+use barnard::scene::{Background, Dust, Emission, Scale, Scene, SceneSpec, Star, StarField};
 use barnard::spectra::extinction::Extinction;
 use barnard::spectra::sed::PowerLaw;
 use barnard::spectra::spectrum::{Line, Spectrum};
@@ -21,30 +21,25 @@ const ALL: LayerChoice = LayerChoice { light: true, depth: true, tau: true };
 /// Dust around a star, two kinds of gas, a background and field stars: every part of light.
 fn scene() -> Scene {
     let cloud = Plummer::new(dvec3(-0.1, 0.2, 0.0), 0.5).unwrap();
-    let dust = Dust::new(cloud, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(1.5)).albedo(0.6);
+    let dust = Dust::new(cloud, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(1.5)).with_albedo(0.6);
     let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3));
     let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
     let glow = |lambda_um, strength| Spectrum::of_lines(vec![Line { lambda_um, strength }]);
     let ball = Plummer::new(DVec3::ZERO, 0.3).unwrap();
     let field = StarField { density_per_sr: 3e4, ..StarField::default() };
     let sky = even_light(1e-7);
-    let scene = Scene::new(camera)
-        .dust(dust.phase(HenyeyGreenstein::new(0.5).unwrap()))
-        .star(star)
-        .emission(Emission { name: "H alpha".into(), ..Emission::new(ball.clone(), glow(0.6563, 1e-22)) })
-        .emission(Emission { name: "[O III]".into(), ..Emission::new(ball, glow(0.5007, 2e-23)) })
-        .background(Background { star_field: Some(field), spectrum: Some(sky), ..Background::default() });
-    asked(scene, ALL)
+    let scene = SceneSpec::new(camera)
+        .with_dust(dust.with_phase(HenyeyGreenstein::new(0.5).unwrap()))
+        .with_star(star)
+        .with_emission(Emission::new(ball.clone(), glow(0.6563, 1e-22)).with_name("H alpha"))
+        .with_emission(Emission::new(ball, glow(0.5007, 2e-23)).with_name("[O III]"))
+        .with_background(Background { star_field: Some(field), spectrum: Some(sky), ..Background::default() });
+    scene.build().unwrap().with_layers(ALL)
 }
 
 /// Constant over all wavelengths [W m⁻² sr⁻¹ µm⁻¹].
 fn even_light(level: f64) -> Spectrum {
     Spectrum::continuous(level, Arc::new(PowerLaw { reference: Wavelength(0.55), exponent: 0.0 }))
-}
-
-fn asked(mut scene: Scene, layers: LayerChoice) -> Scene {
-    scene.output.layers = layers;
-    scene
 }
 
 fn render(backend: &mut dyn Backend, scene: &Scene) -> Image {
@@ -61,7 +56,7 @@ fn values(layer: &Layer) -> impl Iterator<Item = f64> + '_ {
 
 /// The layers of light add up to the picture, and that to what is rendered without layers; each of them matters.
 fn add_up(backend: &mut dyn Backend, scene: &Scene, tolerance: f64) -> Image {
-    let (layered, plain) = (render(backend, scene), render(backend, &asked(scene.clone(), LayerChoice::default())));
+    let (layered, plain) = (render(backend, scene), render(backend, &scene.clone().with_layers(LayerChoice::default())));
     assert!(plain.layers.is_empty());
     let light: Vec<&Layer> = layered.layers.iter().filter(|layer| layer.content == LayerContent::Light).collect();
     let names: Vec<&str> = light.iter().map(|layer| layer.name.as_str()).collect();
@@ -84,7 +79,7 @@ fn add_up(backend: &mut dyn Backend, scene: &Scene, tolerance: f64) -> Image {
 fn layers_add_up_to_the_picture() {
     let layered = add_up(&mut Cpu, &scene(), 1e-5);
     // The same part by the reference, which renders a scene that has no other light.
-    let truth = render(&mut Reference { accuracy: 1e-4 }, &asked(scene(), LayerChoice { light: true, ..LayerChoice::default() }));
+    let truth = render(&mut Reference { accuracy: 1e-4 }, &scene().with_layers(LayerChoice { light: true, ..LayerChoice::default() }));
     for name in ["scattered", "emission.H_alpha", "background", "stars"] {
         let off = relative_rms(values(layer(&layered, name)).zip(values(layer(&truth, name))));
         assert!(off < 5e-3, "{name}: {off}");
@@ -95,15 +90,14 @@ fn layers_add_up_to_the_picture() {
 #[test]
 #[ignore = "long"]
 fn every_way_adds_up() {
-    let mut small = scene();
-    small.camera = small.camera.size(3, 2);
+    let small = scene();
+    let small = small.clone().with_camera(small.camera.clone().size(3, 2));
     add_up(&mut Reference { accuracy: 1e-4 }, &small, 1e-4);
-    let mut many = scene();
-    many.method.bounces = 1000;
+    let many = scene().edited(|spec| spec.method.bounces = 1000).unwrap();
     add_up(&mut Cpu, &many, 1e-5);
     for name in ["propagation", "preintegrated"] {
-        let mut other = scene();
-        other.method = other.method.with_name(name).unwrap();
+        let other = scene();
+        let other = other.clone().with_method(other.method.clone().with_name(name).unwrap());
         add_up(&mut Cpu, &other, 1e-4);
     }
 }
@@ -115,11 +109,11 @@ fn distances_are_those_of_geometry() {
     let (dust, gas) = (sheet(0.0, 2.0), sheet(-0.25, 0.25));
     let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).field_of_view_deg(5.0).size(16, 12);
     let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-23 }]);
-    let scene = Scene::new(camera)
-        .dust(Dust::new(dust, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).albedo(0.0))
-        .emission(Emission::new(gas, glow))
-        .background(Background::even(even_light(1e-5)));
-    let image = render(&mut Cpu, &asked(scene, LayerChoice { depth: true, tau: true, light: false }));
+    let scene = SceneSpec::new(camera)
+        .with_dust(Dust::new(dust, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).with_albedo(0.0))
+        .with_emission(Emission::new(gas, glow))
+        .with_background(Background::even(even_light(1e-5)));
+    let image = render(&mut Cpu, &scene.build().unwrap().with_layers(LayerChoice { depth: true, tau: true, light: false }));
     let pixels = 16 * 12;
     let (depth, tau) = (layer(&image, "depth"), layer(&image, "tau"));
     // From z = 10 to the middle of the gas, less the little that its own dust does; 4 mag through all of the dust.
@@ -132,7 +126,7 @@ fn distances_are_those_of_geometry() {
     let opacity: Vec<f64> = tau.channel(1, pixels).collect();
     assert!(opacity.iter().all(|v| (v - (1.0 - (-wanted).exp())).abs() < 1e-3));
     // Depths are of the light itself: what is dark has none.
-    let dark = render(&mut Cpu, &asked(scene_without_gas(), LayerChoice { depth: true, ..LayerChoice::default() }));
+    let dark = render(&mut Cpu, &scene_without_gas().with_layers(LayerChoice { depth: true, ..LayerChoice::default() }));
     assert!(layer(&dark, "depth").channel(0, pixels).all(|v| v == FAR_AWAY));
 }
 
@@ -147,17 +141,19 @@ fn image_cosine(i: usize) -> f64 {
 fn scene_without_gas() -> Scene {
     let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).field_of_view_deg(5.0).size(16, 12);
     let shell = Shell::new(DVec3::ZERO, 0.8, 0.1).unwrap();
-    Scene::new(camera).dust(Dust::new(shell, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).albedo(0.0))
+    SceneSpec::new(camera)
+        .with_dust(Dust::new(shell, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).with_albedo(0.0))
+        .build()
+        .unwrap()
 }
 
 /// Both eyes and moments have layers of their own; a path tracer has none of light, and says so.
 #[test]
 #[ignore = "long"]
 fn layers_go_where_pictures_go() {
-    let mut stereo = scene();
-    stereo.camera = stereo.camera.size(20, 14);
-    let mono = render(&mut Cpu, &stereo);
-    stereo.camera.stereo = Some(Stereo { arrangement: Arrangement::SideBySide, ..Stereo::new(0.05, 5.0) });
+    let camera = scene().camera.clone().size(20, 14);
+    let mono = render(&mut Cpu, &scene().with_camera(camera.clone()));
+    let stereo = scene().with_camera(camera.stereo(Stereo { arrangement: Arrangement::SideBySide, ..Stereo::new(0.05, 5.0) }));
     let both = render(&mut Cpu, &stereo);
     let [left, right] = parted(Arrangement::SideBySide, &both, &stereo.camera);
     for (whole, part) in both.layers.iter().zip(&left.layers) {

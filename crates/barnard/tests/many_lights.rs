@@ -56,10 +56,8 @@ accuracy = 3e-3
 }
 
 fn scene(text: String) -> Scene {
-    let mut scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-    let options = Options::within(DEFAULT_LIMIT);
-    barnard::plan::sample_functions(&mut scene, &options).unwrap();
-    scene
+    let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+    barnard::plan::sample_functions(&scene, &Options::within(DEFAULT_LIMIT)).unwrap()
 }
 
 fn plan(scene: &Scene) -> Planned {

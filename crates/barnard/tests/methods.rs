@@ -58,9 +58,9 @@ accuracy = 5e-3
 #[test]
 fn gathered_light_is_that_of_all_stars() {
     for stars in [1, 5] {
-        let mut scene = cloud_with_stars(stars, "");
+        let scene = cloud_with_stars(stars, "");
         let options = Options::default();
-        barnard::plan::sample_functions(&mut scene, &options).unwrap();
+        let scene = barnard::plan::sample_functions(&scene, &options).unwrap();
         let plan = Planner::new(&options).plan(&scene, None, &Control::default()).unwrap();
         let image = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
         let error = image.relative_rmse(0, &on_reference(&scene), 0);
@@ -68,8 +68,8 @@ fn gathered_light_is_that_of_all_stars() {
         assert!(error < 1.1 * stated + 1e-5 && stated < 1e-2, "{stars} stars: {error:e}, stated {stated:e}");
         // A star less would be seen.
         if stars > 1 {
-            scene.stars.pop();
-            assert!(image.relative_rmse(0, &on_reference(&scene), 0) > 5.0 * stated);
+            let fewer = scene.edited(|spec| spec.stars.truncate(stars - 1)).unwrap();
+            assert!(image.relative_rmse(0, &on_reference(&fewer), 0) > 5.0 * stated);
         }
     }
 }
@@ -86,13 +86,12 @@ fn forward_scattering_misses_the_accuracy_of_propagation() {
 /// One basis cannot be made for each of two passbands.
 #[test]
 fn a_basis_per_filter_is_refused_for_two_passbands() {
-    let mut two = cloud_with_stars(2, "");
-    two.method.settings.criterion = spectra::basis::Criterion::Filter;
+    let two = cloud_with_stars(2, "").edited(|spec| spec.method.settings.criterion = spectra::basis::Criterion::Filter).unwrap();
     assert!(Planner::new(&Options::default()).with_quality(Quality::Fixed(20)).plan(&two, None, &Control::default()).is_ok());
     let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::by_name("johnson-B")).collect();
     let refused = Planner::new(&Options::default())
         .with_quality(Quality::Fixed(20))
-        .plan(two.bands(bands), None, &Control::default())
+        .plan(two.edited(|spec| *spec = spec.clone().with_bands(bands)).unwrap(), None, &Control::default())
         .unwrap_err()
         .to_string();
     assert!(refused.contains("one basis") && refused.contains("largest"), "{refused}");
@@ -103,20 +102,17 @@ fn a_basis_per_filter_is_refused_for_two_passbands() {
 fn bands_without_colours_are_refused() {
     let two = cloud_with_stars(2, "");
     let bands: Vec<Passband> = two.bands.iter().cloned().chain(Passband::by_name("johnson-B")).collect();
-    let colourless = Scene { bands, ..two };
-    let refused = Planner::new(&Options::default())
-        .with_quality(Quality::Fixed(20))
-        .plan(&colourless, None, &Control::default())
-        .unwrap_err()
-        .to_string();
+    let refused = two.edited(|spec| spec.bands = bands).unwrap_err().to_string();
     assert!(refused.contains("palette has colours for 1 bands, the scene has 2"), "{refused}");
 }
 
 /// Spectra are fitted wherever light passes, even if the basis was made for a narrower range.
 #[test]
 fn spectra_are_fitted_beyond_a_narrow_basis() {
-    let mut narrow = cloud_with_stars(2, "");
-    (narrow.method.settings.domain_um, narrow.method.settings.degree) = (Some((0.54, 0.56)), 12);
+    let narrow = cloud_with_stars(2, "").edited(|spec| {
+        (spec.method.settings.domain_um, spec.method.settings.degree) = (Some((0.54, 0.56)), 12);
+    });
+    let narrow = narrow.unwrap();
     let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(20)).plan(&narrow, None, &Control::default()).unwrap();
     let field = plan.light_field().unwrap();
     let worst = field.certify(0, &plan.spectral().bands[0].sources, 1.0).iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
@@ -158,13 +154,12 @@ bake = 24
                 0.1 * f64::from(seed)
             )
         };
-        let mut scene = parse(&text(9000));
-        barnard::plan::sample_functions(&mut scene, &Options::default()).unwrap();
-        let mut hotter = parse(&text(9900));
-        barnard::plan::sample_functions(&mut hotter, &Options::default()).unwrap();
+        let scene = parse(&text(9000));
+        let scene = barnard::plan::sample_functions(&scene, &Options::default()).unwrap();
+        let hotter = barnard::plan::sample_functions(&parse(&text(9900)), &Options::default()).unwrap();
         let (truth, other) = (on_reference(&scene), on_reference(&hotter));
         for entry in barnard::scene::methods() {
-            scene.method = scene.method.with_name(entry.name).unwrap();
+            let scene = scene.clone().with_method(scene.method.clone().with_name(entry.name).unwrap());
             let options = Options::default();
             let plan = Planner::new(&options).plan(&scene, None, &Control::default()).unwrap();
             let image = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
@@ -289,7 +284,7 @@ bake = 32
 "#
         ));
         let rendered = |bands: Vec<Passband>| {
-            let scene = scene.clone().bands(bands);
+            let scene = scene.edited(|spec| *spec = spec.clone().with_bands(bands)).unwrap();
             let plan = Planner::new(&options).with_quality(Quality::Fixed(60)).plan(&scene, None, &Control::default()).unwrap();
             (Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap(), plan)
         };

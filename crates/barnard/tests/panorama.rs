@@ -6,7 +6,7 @@ use barnard::control::Control;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Planner};
-use barnard::scene::Scene;
+use barnard::scene::{Scene, SceneSpec};
 
 /// An eye in a cloud, with a lit ball ahead, one above and one behind.
 fn scene() -> Scene {
@@ -71,7 +71,7 @@ fn pixels_are_what_is_seen_their_way() {
     let scene = scene();
     let control = Control::default();
     for (name, camera) in cameras(&scene.camera) {
-        let whole = Scene { camera: camera.clone(), ..scene.clone() };
+        let whole = scene.clone().with_camera(camera.clone());
         let plan = Planner::new(&Options::within(DEFAULT_LIMIT)).plan(&whole, None, &control).unwrap();
         let (fast, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
         let exact = barnard::render_reference(&whole, 1e-4, &control).unwrap();
@@ -88,8 +88,7 @@ fn pixels_are_what_is_seen_their_way() {
             }
             assert!((fast - exact).abs() < 0.01 * brightest, "{name} {column} {row}: {fast:e} {exact:e}");
             if i % 7 == 0 {
-                let one =
-                    barnard::render_reference(&Scene { camera: along(&camera, column, row), ..scene.clone() }, 1e-4, &control).unwrap();
+                let one = barnard::render_reference(&scene.clone().with_camera(along(&camera, column, row)), 1e-4, &control).unwrap();
                 let truth = one.band(0).next().unwrap();
                 assert!((exact - truth).abs() < 1e-3 * brightest, "{name} {column} {row}: {exact:e} {truth:e}");
                 seen += 1;
@@ -118,7 +117,7 @@ fn paths_see_a_dome() {
 /// Solid angles of all pixels are those of what is seen.
 #[test]
 fn pixels_fill_the_sphere() {
-    let own = scene().camera.size(200, 200);
+    let own = scene().camera.clone().size(200, 200);
     let cap = |half: f64| 2.0 * std::f64::consts::PI * (1.0 - half.to_radians().cos());
     let [dome, tilted, around, sphere, cube] = cameras(&own).map(|(_, camera)| camera);
     let all = [
@@ -139,7 +138,7 @@ fn pixels_fill_the_sphere() {
 /// A part of a dome has the rays of the whole, and a star is drawn where its direction is.
 #[test]
 fn parts_and_places() {
-    let own = scene().camera.size(120, 120);
+    let own = scene().camera.clone().size(120, 120);
     for (name, camera) in cameras(&own) {
         let part = camera.clone().crop(3, 5, camera.width - 6, camera.height / 2).unwrap();
         for (column, row) in [(0.5, 0.5), (9.25, 2.0), (7.0, 11.5)] {
@@ -179,9 +178,11 @@ target = "0 0 -1 pc"
         assert!(error.contains(words), "{keys}: {error}");
     }
     assert!(read("aperture = \"360 deg\"\ntilt = \"180 deg\"").is_ok());
-    for camera in
-        [scene().camera.fisheye_deg(400.0, 0.0), scene().camera.fisheye_deg(180.0, f64::NAN), scene().camera.fisheye_deg(0.0, 0.0)]
-    {
+    for camera in [
+        scene().camera.clone().fisheye_deg(400.0, 0.0),
+        scene().camera.clone().fisheye_deg(180.0, f64::NAN),
+        scene().camera.clone().fisheye_deg(0.0, 0.0),
+    ] {
         assert!(camera.check().is_err(), "{:?}", camera.projection);
     }
 }
@@ -219,7 +220,7 @@ fn pairs_of_flat_images_are_shifted_cameras() {
 #[test]
 fn eyes_face_every_direction() {
     let (distance, convergence) = (0.4, 3.0);
-    let own = scene().camera;
+    let own = scene().camera.clone();
     for camera in [own.clone().equirectangular(48), own.clone().fisheye_deg(220.0, 30.0), own.clone().cubemap(12)] {
         for convergence in [convergence, f64::INFINITY] {
             let [left, right] = camera.clone().stereo(Stereo::new(distance, convergence)).eyes().unwrap();
@@ -262,10 +263,10 @@ fn eyes_face_every_direction() {
 #[test]
 fn both_eyes_are_one_image() {
     let control = Control::default();
-    let own = Scene { camera: scene().camera.equirectangular(24), ..scene() };
+    let own = scene().with_camera(scene().camera.clone().equirectangular(24));
     for arrangement in [Arrangement::OverUnder, Arrangement::SideBySide] {
         let stereo = Stereo { arrangement, ..Stereo::new(0.5, 3.0) };
-        let both = Scene { camera: own.camera.clone().stereo(stereo), ..own.clone() };
+        let both = own.clone().with_camera(own.camera.clone().stereo(stereo));
         let options = Options::within(DEFAULT_LIMIT);
         let plan = Planner::new(&options).plan(&both, None, &control).unwrap();
         let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
@@ -289,7 +290,7 @@ fn both_eyes_are_one_image() {
 /// Eyes that cannot be are refused, in programs as in scene files.
 #[test]
 fn impossible_eyes_are_refused() {
-    let own = scene().camera;
+    let own = scene().camera.clone();
     for stereo in
         [Stereo::new(0.0, 1.0), Stereo::new(0.1, -1.0), Stereo::new(f64::NAN, 1.0), Stereo { merge: (1.2, 1.0), ..Stereo::new(0.1, 1.0) }]
     {
@@ -329,7 +330,7 @@ fn star_light(camera: &Camera, towards: DVec3) -> (f64, Vec<(DVec3, f64)>) {
     let star = barnard::scene::Star::blackbody(spectra::units::Temperature(6000.0), spectra::units::Luminosity::suns(1.0));
     let star = star.at(camera.position + 5.0 * towards.normalize());
     let band = spectra::passband::Passband::by_name("bessell-V").unwrap();
-    let scene = Scene::new(camera.clone()).bands(vec![band]).star(star);
+    let scene = SceneSpec::new(camera.clone()).with_bands(vec![band]).with_star(star).build().unwrap();
     let image = barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap();
     let mut light = Vec::new();
     for (i, value) in image.band(0).enumerate().filter(|(_, value)| *value != 0.0) {

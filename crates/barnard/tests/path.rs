@@ -14,9 +14,7 @@ fn parse(text: &str) -> Scene {
 
 /// Copy of the scene with the given number of bounces.
 fn bouncing(scene: &Scene, bounces: usize) -> Scene {
-    let mut scene = scene.clone();
-    scene.method.bounces = bounces;
-    scene
+    scene.edited(|spec| spec.method.bounces = bounces).unwrap()
 }
 
 fn film(scene: &Scene, bounces: usize, samples: u64) -> path::Film {

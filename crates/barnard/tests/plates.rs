@@ -10,7 +10,7 @@ use barnard::phase::{Draine, HenyeyGreenstein, IntoPhase};
 use barnard::plan::{Options, Planned, Planner};
 use barnard::plates::Reach;
 use barnard::random::Counter;
-use barnard::scene::{Background, Dust, Emission, Method, Scale, Scene, Star, StarField};
+use barnard::scene::{Background, Dust, Emission, Method, Scale, Scene, SceneSpec, Star, StarField};
 use barnard::spectra::extinction::Extinction;
 use barnard::spectra::passband::{Counting, Passband, Window, window};
 use barnard::spectra::rule::Certificate;
@@ -92,7 +92,7 @@ impl Cloud {
     fn scene(&self, spectra: &Spectra) -> Scene {
         let camera = Camera::look_at(dvec3(0.0, 0.3, 4.0), DVec3::ZERO).field_of_view_deg(30.0).size(12, 9);
         let law = Extinction::by_name("gordon23").unwrap();
-        let dust = Dust::new(self.dust.clone(), law, Scale::per_pc(self.per_pc)).albedo(spectra.albedo).phase(self.phase.clone());
+        let dust = Dust::new(self.dust.clone(), law, Scale::per_pc(self.per_pc)).with_albedo(spectra.albedo).with_phase(self.phase.clone());
         let star =
             |i: usize, place: DVec3| Star::blackbody(Temperature(spectra.temperatures[i]), Luminosity::suns(spectra.suns[i])).at(place);
         let line = |lambda_um: f64, strength: f64| Line { lambda_um, strength };
@@ -115,15 +115,17 @@ impl Cloud {
             ..Method::default()
         };
         let field = StarField { density_per_sr: 400.0, magnitudes: (6.0, 12.0), seed: 5 };
-        Scene::new(camera)
-            .bands(bands)
-            .dust(dust)
-            .star(star(0, dvec3(0.1, 0.2, 0.3)))
-            .star(star(1, dvec3(-0.4, 0.3, -0.2)).hidden())
-            .emission(gas(0, [0.5007, 0.6563]))
-            .emission(gas(1, [0.4861, 0.9069]))
-            .background(Background::even(even).with_stars(field))
-            .method(method)
+        SceneSpec::new(camera)
+            .with_bands(bands)
+            .with_dust(dust)
+            .with_star(star(0, dvec3(0.1, 0.2, 0.3)))
+            .with_star(star(1, dvec3(-0.4, 0.3, -0.2)).hidden())
+            .with_emission(gas(0, [0.5007, 0.6563]))
+            .with_emission(gas(1, [0.4861, 0.9069]))
+            .with_background(Background::even(even).with_stars(field))
+            .with_method(method)
+            .build()
+            .unwrap()
     }
 
     fn plates(&self) -> Plates {
@@ -273,25 +275,18 @@ fn other_scenes_are_refused() {
     };
     let infrared = Spectra { bands: vec![(1.65, 0.3, true)], ..Spectra::FIRST() };
     refused(cloud.scene(&infrared), "extinctions outside");
-    let mut moved = scene();
-    moved.stars[0].position.x += 1e-3;
+    let edited = |edit: fn(&mut SceneSpec)| scene().edited(edit).unwrap();
+    let moved = edited(|spec| spec.stars[0].position.x += 1e-3);
     refused(moved, "positions of stars");
-    let mut turned = scene();
-    turned.camera = turned.camera.size(12, 8);
+    let turned = edited(|spec| spec.camera = spec.camera.clone().size(12, 8));
     refused(turned, "camera");
     refused(Cloud { per_pc: 4.0, ..cloud.clone() }.scene(&Spectra::FIRST()), "3.3333 times their amount of dust");
     refused(Cloud::new(1.2, HenyeyGreenstein::new(0.5).unwrap(), 1).scene(&Spectra::FIRST()), "phase function");
-    let mut other = scene();
-    other.dust.as_mut().unwrap().density = Arc::new(Fbm::new(4));
+    let other = edited(|spec| spec.dust.as_mut().unwrap().density = Arc::new(Fbm::new(4)));
     refused(other, "density of dust");
-    let mut dark = scene();
-    dark.background.spectrum = None;
+    let dark = edited(|spec| spec.background.spectrum = None);
     plates.expose(&dark, &Control::default()).unwrap();
-    let without = {
-        let mut scene = scene();
-        scene.background.spectrum = None;
-        Plates::new(&scene, REACH, None, &Options::default(), &Control::default()).unwrap()
-    };
+    let without = Plates::new(&dark, REACH, None, &Options::default(), &Control::default()).unwrap();
     let error = without.expose(&scene(), &Control::default()).unwrap_err().to_string();
     assert!(error.contains("no background"), "{error}");
     let new =
@@ -304,8 +299,7 @@ fn other_scenes_are_refused() {
         let error = new(&scene(), Reach { dust, ..REACH });
         assert!(error.contains("dust range of plates"), "{dust:?}: {error}");
     }
-    let mut twice = scene();
-    twice.method.bounces = 3;
+    let twice = edited(|spec| spec.method.bounces = 3);
     let error = new(&twice, Reach { dust: (0.5, 2.0), ..REACH });
     assert!(error.contains("multiple scattering"), "{error}");
     let mut record = plates.record().clone();

@@ -6,7 +6,6 @@ use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, Level, relative_rms};
 use barnard::plan::{Choices, Options, Planned, Planner};
-use barnard::scene::Scene;
 use barnard::sequence::{Follower, FrameSettings, Sequence};
 use barnard_files::{SceneFile, builtin};
 
@@ -177,7 +176,8 @@ fn levels_are_the_median_of_the_pilots() {
     let Level::Radiance(white) = shared.display.white else { panic!("no white") };
     let own = |time: f64| {
         let scene = sequence.scene(time).unwrap();
-        let small = Scene { camera: scene.camera.clone().supersampling(1), ..scene };
+        let camera = scene.camera.clone().supersampling(1);
+        let small = scene.with_camera(camera);
         let plan = Planner::new(&Options::default()).plan(&small, None, &Control::default()).unwrap();
         small.display.tone(&pictured(&plan)).white
     };

@@ -67,9 +67,8 @@ bake = {voxels}
 "#,
         if scale > 0.0 { &starlit } else { "" }
     );
-    let mut scene = barnard_files::parse("sparse.toml", "sparse", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-    sample_functions(&mut scene, &Options::default()).unwrap();
-    scene
+    let scene = barnard_files::parse("sparse.toml", "sparse", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+    sample_functions(&scene, &Options::default()).unwrap()
 }
 
 fn planned(scene: &Scene, sparse: Sparsity) -> Planned {
@@ -78,8 +77,7 @@ fn planned(scene: &Scene, sparse: Sparsity) -> Planned {
 }
 
 fn planned_with(scene: &Scene, sparse: Sparsity, star_depth_voxels: usize) -> Planned {
-    let mut scene = scene.clone();
-    scene.method.sparse = sparse;
+    let scene = scene.edited(|spec| spec.method.sparse = sparse).unwrap();
     let options = Options::default().with_star_depth_voxels(star_depth_voxels);
     Planner::new(&options).plan(&scene, None, &Control::default()).unwrap()
 }
@@ -124,14 +122,14 @@ fn sparse_volumes_make_the_same_picture() {
 /// A star that moves through pages has the depths of a plan that was made with it there, and its picture bit by bit.
 #[test]
 fn stars_move_through_pages() {
-    let mut scene = scene(12.0, "");
+    let scene = scene(12.0, "");
     let first = planned(&scene, Sparsity::Always);
     let rendered = |plan: &Planned| Renderer::new(&mut cpu::Cpu).render(plan, &Control::default()).unwrap().0;
     let before = rendered(&first);
     let place = DVec3::new(1.3, -0.2, 0.8);
     let mut moved = first.clone();
     moved.move_star(1, place, &Control::default()).unwrap();
-    scene.stars[1].position = place;
+    let scene = scene.edited(|spec| spec.stars[1].position = place).unwrap();
     // Rules stay those of the place before.
     let there = first.clone().with_space(planned(&scene, Sparsity::Always).space().clone());
     assert!(there.space().volumes.iter().any(|volume| !volume.pages().is_whole()));
@@ -145,8 +143,7 @@ fn stars_move_through_pages() {
 #[ignore = "long"]
 fn large_volumes_are_sparse() {
     for (voxels, is_sparse) in [(150, false), (210, true)] {
-        let mut scene = sampled(12.0, voxels, "");
-        scene.stars.truncate(1);
+        let scene = sampled(12.0, voxels, "").edited(|spec| spec.stars.truncate(1)).unwrap();
         let plan = planned_with(&scene, Sparsity::Auto, 1);
         assert!(plan.space().volumes.iter().all(|volume| volume.pages().is_whole() != is_sparse), "{voxels}");
     }

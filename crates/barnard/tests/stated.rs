@@ -38,8 +38,9 @@ fn built_in() -> Vec<(Scene, Vec<Vec<f64>>)> {
         }
     }
     let loaded = |(name, truth): (&str, Vec<Vec<f64>>)| {
-        let mut scene = barnard_files::builtin::load(name, DEFAULT_LIMIT).unwrap();
-        (scene.camera.width, scene.camera.height) = (8, 8);
+        let scene = barnard_files::builtin::load(name, DEFAULT_LIMIT).unwrap();
+        let camera = scene.camera.clone().size(8, 8);
+        let scene = scene.with_camera(camera);
         (scene, truth)
     };
     scenes.into_iter().map(loaded).collect()

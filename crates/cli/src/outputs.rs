@@ -63,14 +63,14 @@ pub fn parse_layers(text: &str) -> Result<LayerChoice, String> {
 }
 
 /// The scene with the layers that are asked for, of which none is rendered for files that hold none, if it fits into memory.
-pub fn layered(mut scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf], memory_limit: u64) -> anyhow::Result<Scene> {
+pub fn layered(scene: Scene, asked: Option<LayerChoice>, outputs: &[PathBuf], memory_limit: u64) -> anyhow::Result<Scene> {
     let any = |is: fn(&Writer) -> bool| outputs.iter().any(|path| writer_of(path).is_ok_and(is));
     let (have_layers, show_colours) = (any(|writer| writer.has_layers), any(|writer| writer.is_picture));
     if asked.is_some_and(LayerChoice::is_any) && !have_layers {
         bail!("--layers requires an .exr or .fits output; add -o layers.exr");
     }
-    scene.output.layers = asked.unwrap_or(scene.output.layers);
-    Ok(scene.for_files(have_layers, show_colours, memory_limit)?)
+    let layers = asked.unwrap_or(scene.output.layers);
+    Ok(scene.with_layers(layers).for_files(have_layers, show_colours, memory_limit)?)
 }
 
 /// Writes an image of a scene, and says which files were written.

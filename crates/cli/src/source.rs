@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
+use barnard::Control;
 use barnard::plan::Options;
 use barnard::properties::Value;
 use barnard::scene::{Loader, Scene};
@@ -169,19 +170,21 @@ impl SceneArgs {
 
     /// A scene with the overrides.
     pub fn adjusted(&self, scene: Scene, memory_limit: u64) -> anyhow::Result<Scene> {
-        let mut scene = self.uncropped(scene)?;
+        let mut scene = self.uncropped(scene, memory_limit)?;
         if let Some([column, row, width, height]) = self.crop {
-            scene.camera = scene.camera.crop(column, row, width, height)?;
+            let camera = scene.camera.clone().crop(column, row, width, height)?;
+            scene = scene.with_camera(camera);
         }
         scene.check_image(memory_limit)?;
         Ok(scene)
     }
 
     /// A scene with the overrides but for the crop.
-    pub fn uncropped(&self, mut scene: Scene) -> anyhow::Result<Scene> {
+    pub fn uncropped(&self, scene: Scene, memory_limit: u64) -> anyhow::Result<Scene> {
+        let mut camera = scene.camera.clone();
         if let Some(name) = &self.bookmark {
             let names: Vec<&str> = scene.bookmarks.keys().map(String::as_str).collect();
-            scene.camera = match scene.bookmarks.get(name) {
+            camera = match scene.bookmarks.get(name) {
                 Some(camera) => camera.clone(),
                 None if names.is_empty() => {
                     bail!("--bookmark {name}: the scene has no bookmarks; add [bookmark.{name}], or set one in the explorer")
@@ -190,8 +193,8 @@ impl SceneArgs {
             };
         }
         if let Some((width, height)) = self.size {
-            scene.camera = scene.camera.size(width, height);
+            camera = camera.size(width, height);
         }
-        Ok(scene)
+        Ok(scene.edited_within(memory_limit, &Control::default(), |spec| spec.camera = camera)?)
     }
 }

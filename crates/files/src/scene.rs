@@ -67,9 +67,9 @@ impl SceneFile {
         let name = stem.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let loader = prepared(&Loader::new(files.clone(), memory_limit));
         let mut file = Self::parse_with(&path.display().to_string(), &name, text, changes, loader)?;
-        if let Some(provenance) = &mut file.scene.provenance {
-            provenance.files = std::iter::once(path.to_owned()).chain(files.read_files()).collect();
-        }
+        let files = std::iter::once(path.to_owned()).chain(files.read_files()).collect();
+        let provenance = file.scene.provenance.clone().map(|provenance| Provenance { files, ..provenance });
+        file.scene = file.scene.with_provenance(provenance);
         Ok(file)
     }
 
@@ -94,8 +94,8 @@ impl SceneFile {
         if !changes.is_empty() {
             text = toml::text(&tree);
         }
-        let mut scene = Scene::from_properties(&tree, name, &loader)?;
-        scene.provenance = Some(Provenance { text: text.into(), files: Vec::new() });
+        let scene = Scene::from_properties(&tree, name, &loader)?;
+        let scene = scene.with_provenance(Provenance { text: text.into(), files: Vec::new() });
         Ok(Self { scene, tree, loader })
     }
 

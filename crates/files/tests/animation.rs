@@ -62,7 +62,7 @@ fn a_camera_follows_its_path() {
     for (time, place) in
         [(0.0, [0.0, 0.0, 4.0]), (1.0, [4.0, 0.0, 0.0]), (2.0, [2.0, 0.0, -2.0]), (3.0, [0.0, 0.0, -4.0]), (9.0, [0.0, 0.0, -4.0])]
     {
-        let camera = at(&file, time).camera;
+        let camera = at(&file, time).camera.clone();
         assert!(camera.position.distance(DVec3::from(place)) < 1e-12, "{time}");
         assert!(camera.forward.distance(-camera.position.normalize()) < 1e-12, "{time}");
     }
@@ -100,7 +100,8 @@ fn speed_is_constant_and_eased() {
 fn orientations_turn_the_camera() {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let keys = |first: &str, second: &str| [key(0.0, &format!("position = \"0 0 4 pc\"\n{first}")), key(2.0, second)].concat();
-    let camera = |first: &str, second: &str, time: f64| at(&read(text("[camera.path]", &keys(first, second))).unwrap(), time).camera;
+    let camera =
+        |first: &str, second: &str, time: f64| at(&read(text("[camera.path]", &keys(first, second))).unwrap(), time).camera.clone();
     // A quarter to the left about y, whichever of two signs stands for it.
     for sign in [1.0, -1.0] {
         let (none, left) = ("orientation = [0, 0, 0, 1]".to_owned(), format!("orientation = [0, {}, 0, {}]", sign * half, sign * half));
@@ -140,7 +141,7 @@ duration = "10 s"
         barnard::image::Level::Auto => f64::NAN,
     };
     assert!((white(2.0) - 2e-8).abs() < 1e-20 && white(0.0) == 1e-8);
-    let law = |time: f64| at(&file, time).dust.unwrap().extinction.name.clone();
+    let law = |time: f64| at(&file, time).dust.as_ref().unwrap().extinction.name.clone();
     assert!(law(0.5).contains("ccm89") && law(1.5).contains("gordon23"), "{} {}", law(0.5), law(1.5));
     let ratio = at(&file, 2.0).stars[0].spectrum.continuum(0.4) / at(&file, 0.0).stars[0].spectrum.continuum(0.4);
     assert!(ratio > 1.5, "{ratio}");
@@ -162,7 +163,7 @@ values = ["10 Lsun", "20 Lsun"]
     let mut follower = Follower::new(&sequence);
     let control = &barnard::Control::default();
     let (a, b) = (follower.scene(0.0, control).unwrap(), follower.scene(1.0, control).unwrap());
-    assert!(std::sync::Arc::ptr_eq(&a.dust.unwrap().density, &b.dust.unwrap().density) && a.camera != b.camera);
+    assert!(std::sync::Arc::ptr_eq(&a.dust.as_ref().unwrap().density, &b.dust.as_ref().unwrap().density) && a.camera != b.camera);
 }
 
 /// Wrong paths, tracks and sequences are told with their line and what would be right.
@@ -265,7 +266,7 @@ fn a_csv_is_a_path() {
     ];
     let tables = read(text("[camera.path]", &tables.concat())).unwrap();
     for time in [0.0, 1.1, 3.0, 4.7, 6.0] {
-        let (csv, own) = (at(&of_file("a.csv").unwrap(), time).camera, at(&tables, time).camera);
+        let (csv, own) = (at(&of_file("a.csv").unwrap(), time).camera.clone(), at(&tables, time).camera.clone());
         assert!(csv.position.distance(own.position) < 1e-12 && csv.forward.distance(own.forward) < 1e-12, "{time}");
         assert_eq!(csv.projection, own.projection, "{time}");
     }
@@ -317,7 +318,7 @@ fn paths_of_gaia_sky() {
         (0.075, [3.0, 0.0, 1.0], DVec3::new(-1.0 - 0.5f64.sqrt(), 0.0, -(0.5f64.sqrt()))),
         (0.1, [4.0, 0.0, 0.0], DVec3::NEG_X),
     ] {
-        let camera = at(&file, time).camera;
+        let camera = at(&file, time).camera.clone();
         assert!(camera.position.distance(DVec3::from(place)) < 1e-9, "{time} {}", camera.position);
         assert!(camera.forward.distance(forward.normalize()) < 1e-9 && camera.up.distance(DVec3::Y) < 1e-9, "{time} {}", camera.forward);
     }
@@ -399,7 +400,7 @@ file = "a.gltf""#,
     let file = read(gltf(&[(0, "rotation", "LINEAR", &[1.0, 3.0], turn)])).unwrap();
     for (time, angle) in [(0.0, 0.0f64), (0.5, 22.5), (1.0, 45.0), (2.0, 90.0)] {
         let (sin, cos) = angle.to_radians().sin_cos();
-        let camera = at(&file, time).camera;
+        let camera = at(&file, time).camera.clone();
         let place = DVec3::new(2.0 + 6.0 * sin, 0.0, 6.0 * cos);
         assert!(camera.position.distance(place) < 2e-6, "{time} {}", camera.position);
         assert!(camera.forward.distance(DVec3::new(-sin, 0.0, -cos)) < 1e-6, "{time} {}", camera.forward);

@@ -122,5 +122,5 @@ fn the_local_bubble_is_a_scene() {
     let text = entry.text.replace("-500 -500 -300 pc", "-20 -20 -20 pc").replace("500 500 300 pc", "20 20 20 pc");
     let scene = barnard_files::parse("bubble.toml", "local_bubble", text, &barnard_files::in_folder(folder.path(), DEFAULT_LIMIT)).unwrap();
     assert_eq!(scene.stars.len(), 30);
-    assert!(scene.dust.unwrap().density.at(DVec3::new(18.0, -10.0, 10.0)) > 0.0);
+    assert!(scene.dust.as_ref().unwrap().density.at(DVec3::new(18.0, -10.0, 10.0)) > 0.0);
 }

@@ -63,7 +63,7 @@ formula = "2 * t"
         &loader,
     )
     .unwrap();
-    assert_eq!(gridded.dust.unwrap().density.grid().unwrap().lattice().dims, [80; 3]);
+    assert_eq!(gridded.dust.as_ref().unwrap().density.grid().unwrap().lattice().dims, [80; 3]);
 }
 
 #[test]

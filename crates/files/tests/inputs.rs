@@ -533,7 +533,7 @@ fn cube_at(more: &[&str], place: [f64; 3]) -> Result<f64, String> {
     std::fs::write(folder.path().join("in.fits"), cube(&cards)).unwrap();
     let text = "[field.d]\nkind = \"grid\"\nfile = \"in.fits\"\n[dust]\ndensity = \"d\"\nscale = \"1 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.5\n";
     let scene = scene(folder.path(), text).map_err(|e| e.to_string())?;
-    Ok(scene.dust.unwrap().density.at(barnard::glam::DVec3::from(place)))
+    Ok(scene.dust.as_ref().unwrap().density.at(barnard::glam::DVec3::from(place)))
 }
 
 /// Cards that are no numbers are refused, matrices that swap or turn axes by right angles followed, others refused by

@@ -19,7 +19,7 @@ fn stars(csv: &str, keys: &str) -> Result<Vec<Star>> {
 }
 
 fn parsed(text: &str, folder: &std::path::Path) -> Result<Vec<Star>> {
-    parse("test.toml", "test", text.into(), &in_folder(folder, 1 << 30)).map(|scene| scene.stars)
+    parse("test.toml", "test", text.into(), &in_folder(folder, 1 << 30)).map(|scene| scene.stars.clone())
 }
 
 fn same(ours: &[Star], theirs: &str) {

@@ -217,8 +217,8 @@ temperature = "9000 K"
 luminosity = "100 Lsun"
 visible = false
 "#;
-    let mut scene = barnard_files::parse("c.toml", "c", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
-    scene.dust.as_mut().unwrap().density = cloud.clone();
+    let scene = barnard_files::parse("c.toml", "c", text.to_owned(), &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap();
+    let scene = scene.edited(|spec| spec.dust.as_mut().unwrap().density = cloud.clone()).unwrap();
     let plan = Planner::new(&Options::default()).plan(&scene, None, &Control::default()).unwrap();
     let image = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
     (0..image.bands.len()).flat_map(|band| image.band(band).collect::<Vec<_>>()).collect()

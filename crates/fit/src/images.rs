@@ -155,9 +155,7 @@ impl Images {
     fn scene(&self, with: &Table, values: &[f64]) -> Result<Scene> {
         let mut tree = self.tree(values)?;
         with.iter().for_each(|(key, property)| tree.insert(key, property.clone()));
-        let mut scene = Scene::from_properties(&tree, "fit", &self.loader)?;
-        scene.output.layers = LayerChoice::default();
-        Ok(scene)
+        Ok(Scene::from_properties(&tree, "fit", &self.loader)?.with_layers(LayerChoice::default()))
     }
 
     /// True if a free parameter changes the amount of dust of an image's scene.
@@ -236,11 +234,12 @@ impl Images {
         let (plates, mixture) = match known {
             Some((i, mixture)) => (self.plates.remove(i).plates, mixture),
             None => {
-                let mut own = scene.clone();
-                own.dust.iter_mut().for_each(|dust| dust.sigma_v_per_pc = amount);
-                let held = self.choices_for(number, amount, control)?;
+                let of_amount = scene.edited_within(self.options.memory_limit, control, |spec| {
+                    spec.dust.iter_mut().for_each(|dust| dust.sigma_v_per_pc = amount);
+                })?;
+                let choices = self.choices_for(number, amount, control)?;
                 let set = &mut self.sets[number];
-                let (plates, plan) = Plates::held(&own, set.reach, set.plan.as_ref(), Some(&held), &self.options, control)?;
+                let (plates, plan) = Plates::held(&of_amount, set.reach, set.plan.as_ref(), Some(&choices), &self.options, control)?;
                 set.plan = Some(plan);
                 let mixture = plates.mixture(scene)?;
                 (plates, mixture)

@@ -29,6 +29,6 @@ impl Marched {
 
 /// The densities of a scene: the same fields where it is read again with nothing of them changed.
 fn densities(scene: &Scene) -> Vec<Arc<dyn Field>> {
-    let of_gas = scene.emission.iter().map(|species| species.density.clone());
+    let of_gas = scene.species().iter().map(|species| species.density.clone());
     scene.dust.iter().map(|dust| dust.density.clone()).chain(of_gas).collect()
 }

@@ -356,7 +356,7 @@ fn noise() {
 fn detail() {
     let gpu = device();
     let detailed = barnard::detail::Detail { deviation: Some(0.4), ..Default::default() };
-    let plan = &plan_of(&scene(24, "").detail(detailed));
+    let plan = &plan_of(&scene(24, "").edited(|spec| spec.detail = Some(detailed)).unwrap());
     let noise = plan.detail().unwrap();
     agree(&gpu, plan, "y[0] = detail_noise(vec3f(x[0], x[1], x[2]), 77u);", &[(-20.0, 20.0); 3], 1e-4, |x| {
         vec![barnard::detail::double([x[0], x[1], x[2]], 77)]

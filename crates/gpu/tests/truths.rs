@@ -31,8 +31,7 @@ fn gpu_is_within_3e_3_of_every_case() {
         let image = picture(&gpu, &load(&folder), &options).0;
         assert!(compare(&folder, &image, 3e-3) < 3e-3, "{}", folder.display());
         // Three percent more dust would be noticed.
-        let mut denser = load(&folder);
-        denser.dust.as_mut().unwrap().sigma_v_per_pc *= 1.03;
+        let denser = load(&folder).edited(|spec| spec.dust.as_mut().unwrap().sigma_v_per_pc *= 1.03).unwrap();
         assert!(compare(&folder, &picture(&gpu, &denser, &options).0, 3e-3) > 3e-3, "{}", folder.display());
     }
 }
@@ -42,9 +41,9 @@ fn gpu_is_within_3e_3_of_every_case() {
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn parts_of_an_image_make_the_whole() {
     let (gpu, control, options) = (device(), Control::default(), Options::default());
-    let mut scene = barnard_files::builtin::load("barres_neyret", DEFAULT_LIMIT).unwrap();
+    let scene = barnard_files::builtin::load("barres_neyret", DEFAULT_LIMIT).unwrap();
     for camera in [scene.camera.clone(), scene.camera.clone().orthographic_pc(3.0)] {
-        scene.camera = camera.size(40, 30);
+        let scene = scene.clone().with_camera(camera.size(40, 30));
         let (whole, mut plan) = picture(&gpu, &scene, &options);
         let part = scene.camera.clone().crop(13, 4, 20, 11).unwrap();
         plan.look_from(part.clone(), &control).unwrap();
@@ -63,15 +62,14 @@ fn parts_of_an_image_make_the_whole() {
 fn gpu_is_within_its_stated_accuracy_of_the_reference() {
     let gpu = device();
     for builtin in barnard_files::builtin::SCENES.iter().filter(|scene| scene.needs.is_none()) {
-        let mut scene = barnard_files::builtin::load_by(builtin.name, DEFAULT_LIMIT, Loader::roughly).unwrap();
+        let scene = barnard_files::builtin::load_by(builtin.name, DEFAULT_LIMIT, Loader::roughly).unwrap();
         let options = Options::within(DEFAULT_LIMIT);
         // Stars without number state an error of their own, and are held to stars one by one in tests of their own.
         if scene.stars.len() > MANY_STARS {
             continue;
         }
-        sample_functions(&mut scene, &options).unwrap();
-        scene.camera.supersampling = 1;
-        (scene.camera.width, scene.camera.height) = (EDGE, EDGE);
+        let scene = sample_functions(&scene, &options).unwrap();
+        let scene = scene.clone().with_camera(scene.camera.clone().supersampling(1).size(EDGE, EDGE));
         let (image, plan) = picture(&gpu, &scene, &options);
         let truth = barnard::render_reference(&scene, 3e-4, &Control::default()).unwrap();
         let spatial = plan.space().spatial.map_or(0.0, |s| s.error);

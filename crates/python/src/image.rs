@@ -221,8 +221,8 @@ pub fn rendered(
     control: &Control,
 ) -> Result<Image> {
     scene.check_image(memory_limit)?;
-    let mut adjusted = barnard::Scene::clone(scene);
-    adjusted.method.backends = adjusted.method.backends.with_properties(options)?;
+    let backends = scene.method.backends.with_properties(options)?;
+    let adjusted = barnard::Scene::clone(scene).with_method(barnard::scene::Method { backends, ..scene.method.clone() });
     let options = Options::within(memory_limit);
     let planned = plan.map(|plan| plan.for_scene(&adjusted, control)).transpose()?;
     let job = match &planned {

@@ -116,7 +116,8 @@ impl Sequence {
         let mut frame: Option<Image> = None;
         let at = |time: f64| -> Result<barnard::Image> {
             let scene = follower.scene(time, control)?;
-            let scene = Arc::new(barnard::Scene { display: shared.display(&scene.display), ..scene });
+            let display = shared.display(&scene.display);
+            let scene = Arc::new(scene.with_display(display));
             let plan = planned.then(|| follower.plan(&scene, &options, &shared.choices, control)).transpose()?;
             let scene = Owner { scene, words: self.words.clone() };
             let image = rendered(&scene, plan, backend, own, memory_limit, control)?;

@@ -13,7 +13,7 @@ use crate::data::{Array, Choose, DataSource, Inputs, Layout, NoData, Numbers, Te
 use crate::error::Result;
 use crate::field::{IntoField, Sphere};
 use crate::properties::{KeyRow, Section, Table, Type, Value};
-use crate::scene::{Dust, Method, Scale, Scene, Star};
+use crate::scene::{Dust, Method, Scale, SceneSpec, Star};
 
 /// The text of a scene: a cloud of dust with a star in it, 16 × 12 pixels of johnson.
 const SMALL_CLOUD: &str = r#"
@@ -54,7 +54,7 @@ pub fn ball(radius_pc: f64) -> Sphere {
 
 /// Dust of a law by name, albedo one half, of so much extinction for a density of one [pc⁻¹].
 pub fn dust(density: impl IntoField, law: &str, per_pc: f64) -> Dust {
-    Dust::new(density, Extinction::by_name(law).unwrap(), Scale::per_pc(per_pc)).albedo(0.5)
+    Dust::new(density, Extinction::by_name(law).unwrap(), Scale::per_pc(per_pc)).with_albedo(0.5)
 }
 
 /// A black body of so many suns.
@@ -63,9 +63,9 @@ pub fn star(kelvin: f64, suns: f64, position: DVec3) -> Star {
 }
 
 /// A scene seen through johnson-V along z, with functions sampled to `bake` voxels an edge.
-pub fn scene(camera: Camera, bake: usize) -> Scene {
+pub fn scene(camera: Camera, bake: usize) -> SceneSpec {
     let method = Method { bake: Some(bake), ..Method::default() };
-    Scene::new(camera).bands(vec![Passband::by_name("johnson-V").unwrap()]).method(method)
+    SceneSpec::new(camera).with_bands(vec![Passband::by_name("johnson-V").unwrap()]).with_method(method)
 }
 
 /// A camera on the z axis that looks at the origin.

@@ -47,11 +47,12 @@ pub struct Bench<'a> {
 ///
 /// # Errors
 /// If the scene cannot be planned or rendered, and on interruption by the user.
-pub fn table(backend: &mut dyn Backend, mut scene: Scene, bench: &Bench, control: &Control, mut visit: impl FnMut(Row)) -> Result<()> {
+pub fn table(backend: &mut dyn Backend, scene: Scene, bench: &Bench, control: &Control, mut visit: impl FnMut(Row)) -> Result<()> {
     // Errors are those of transport: functions are sampled first, the same for all.
-    sample_functions(&mut scene, bench.options)?;
+    let scene = sample_functions(&scene, bench.options)?;
     let full = (scene.camera.width, scene.camera.height);
-    scene.camera = scene.camera.size(bench.error_size.max(1), bench.error_size.max(1));
+    let small = scene.camera.clone().size(bench.error_size.max(1), bench.error_size.max(1));
+    let scene = scene.with_camera(small);
     let truth = (bench.error_size > 0).then(|| Truth::new(&scene, control)).transpose()?;
     let mut run = Run { backend, scene, bench, full, truth, control };
     let done = run.contest(&mut visit)?;
@@ -88,7 +89,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn plan(&self, method: Method) -> Result<Planned> {
-        Planner::new(self.bench.options).plan(self.scene.clone().method(method), None, self.control)
+        Planner::new(self.bench.options).plan(self.scene.clone().with_method(method), None, self.control)
     }
 
     /// The plan in the pixels of the frames that are timed.

@@ -372,7 +372,7 @@ luminosity = "1e4 Lsun"
     #[test]
     fn reports_are_written() {
         let scene = scene("0 0 0", "300");
-        let gas = scene.gas.as_ref().unwrap();
+        let gas = scene.ionised().unwrap();
         let folder = tempfile::tempdir().unwrap();
         write("a ball", gas, folder.path(), &Control::default()).unwrap();
         let page = std::fs::read_to_string(folder.path().join("gas.md")).unwrap();
@@ -403,7 +403,7 @@ luminosity = "1e4 Lsun"
     fn reports_of_nothing_are_written() {
         for (star, gas) in [("0 0 0", "0"), ("0 0 2.9", "1e5"), ("0 40 0", "10")] {
             let scene = scene(star, gas);
-            let gas_of_scene = scene.gas.as_ref().unwrap();
+            let gas_of_scene = scene.ionised().unwrap();
             let folder = tempfile::tempdir().unwrap();
             write("nothing", gas_of_scene, folder.path(), &Control::default()).unwrap();
             let page = std::fs::read_to_string(folder.path().join("gas.md")).unwrap();
@@ -416,7 +416,7 @@ luminosity = "1e4 Lsun"
         }
         let control = Control::default();
         control.interrupt();
-        let stopped = write("stopped", scene("0 0 0", "300").gas.as_ref().unwrap(), tempfile::tempdir().unwrap().path(), &control);
+        let stopped = write("stopped", scene("0 0 0", "300").ionised().unwrap(), tempfile::tempdir().unwrap().path(), &control);
         assert!(matches!(stopped, Err(StudyError::Render(barnard::Error::Interrupted))));
     }
 }

@@ -108,10 +108,10 @@ fn soak(frames: usize) {
     let start = Instant::now();
     for i in 0..=frames {
         let app = harness.state_mut();
-        app.apply(Edit::set("star.0", "temperature", format!("{} K", 8000 + i % 9000)));
-        app.apply(Edit::set("dust", "scale", format!("{} mag/pc", significant(4.0 + 0.05 * (i % 100) as f64))));
-        app.document.rest();
-        app.flight.orbit(0.01, 0.001);
+        app.model.apply(Edit::set("star.0", "temperature", format!("{} K", 8000 + i % 9000)));
+        app.model.apply(Edit::set("dust", "scale", format!("{} mag/pc", significant(4.0 + 0.05 * (i % 100) as f64))));
+        app.model.document.rest();
+        app.model.flight.orbit(0.01, 0.001);
         harness.step();
         if i % (frames / 10).max(1) == 0 {
             println!("{i} frames of edits: {:.0} MiB, {:.0} s", resident(), start.elapsed().as_secs_f64());

@@ -408,9 +408,9 @@ fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Re
         Origin::File(path) => (path.display().to_string(), path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()),
     };
     let properties = toml::properties(&file, text)?;
-    let mut scene = Scene::from_properties(&properties, &name, loader)?;
-    let own = if let Origin::File(path) = origin { vec![path.clone()] } else { Vec::new() };
-    scene.provenance = Some(Provenance { text: text.into(), files: own });
+    let scene = Scene::from_properties(&properties, &name, loader)?;
+    let files = if let Origin::File(path) = origin { vec![path.clone()] } else { Vec::new() };
+    let scene = scene.with_provenance(Provenance { text: text.into(), files });
     let mut followed = None;
     if scene.timeline.is_some() {
         let sequence = Sequence::new(properties, loader.clone(), &scene)?;

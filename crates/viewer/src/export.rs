@@ -46,8 +46,7 @@ impl Export {
     pub fn start(scene: &Scene, path: &Path, size: (usize, usize), memory_limit: u64, ctx: &Context) -> barnard::Result<Self> {
         let writer = writer(path)?;
         check_writable(path)?;
-        let mut scene = scene.clone();
-        (scene.camera.width, scene.camera.height) = size;
+        let scene = scene.clone().with_camera(scene.camera.clone().size(size.0, size.1));
         let scene = scene.for_files(writer.has_layers, writer.is_picture, memory_limit)?;
         let progress = Arc::<Progress>::default();
         let (heard, repaint) = (progress.clone(), ctx.clone());

@@ -220,7 +220,7 @@ fn centred(camera: &Camera) -> Camera {
 
 /// Distance from a camera to the centre of a scene's cloud \[pc\].
 fn distance_to_middle(scene: &Scene, camera: &Camera) -> f64 {
-    let bounds = scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.emission.first().map(|e| e.density.bounds()));
+    let bounds = scene.dust.as_ref().map(|d| d.density.bounds()).or_else(|| scene.species().first().map(|e| e.density.bounds()));
     let distance = match bounds {
         Some(bounds) => (0.5 * (bounds.low + bounds.high) - camera.position).dot(camera.forward),
         None => camera.position.length(),

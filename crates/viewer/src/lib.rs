@@ -2,12 +2,13 @@
 //!
 //! [`document`] is the scene's text, [`edit`] a change of it, [`editor`] its tables as widgets by the rows of
 //! `scene::schema`. [`engine`] is a worker that takes an [`order`] and makes [`picture`]s in a [`studio`], coarse at
-//! once, fine when nothing moves, by levels that an [`exposure`] holds; [`flight`] moves the observer, [`clock`] the moment, [`viewport`] is
-//! the picture with hands on it, [`panels`] stand around it, [`keyframes`] and [`tracks`] are keys of what changes in the text, [`timings`] tell how often it changes, [`app`] holds all
-//! together. Everything but [`open`] runs without a window.
+//! once, fine when nothing moves, by levels that an [`exposure`] holds. [`model`] is all that [`panels`] and the [`viewport`] read; they
+//! send [`command`]s, which [`app`] does once a frame is drawn. [`flight`] moves the observer, [`clock`] the moment; [`keyframes`] and
+//! [`tracks`] are keys of animations, [`timings`] measures the rate of frames. Everything but [`open`] runs without a window.
 
 pub mod app;
 pub mod clock;
+pub mod command;
 pub mod comparison;
 pub mod document;
 pub mod edit;
@@ -18,9 +19,12 @@ pub mod exposure;
 pub mod files;
 pub mod flight;
 pub mod keyframes;
+pub mod layout;
+pub mod model;
 pub mod order;
 pub mod panels;
 pub mod picture;
+pub mod probe;
 pub mod session;
 pub mod studio;
 pub mod timings;

@@ -140,7 +140,7 @@ impl Picture {
 
     /// Shows the same light in another way.
     pub fn show(&mut self, display: &Display, tone: Tone) {
-        self.scene = Arc::new(Scene { display: display.clone(), ..(*self.scene).clone() });
+        self.scene = Arc::new(Scene::clone(&self.scene).with_display(display.clone()));
         self.tone = tone;
         self.colour();
     }

@@ -234,7 +234,7 @@ impl Studio {
             let scene = seen(&view.scene, &order.camera);
             let (options, stand) = (self.options(order.memory_limit / KEPT), &mut self.stands[i]);
             // Light that scatters again takes a march of each light.
-            let lights = scene.stars.len() + scene.emission.len() + usize::from(scene.background.spectrum.is_some());
+            let lights = scene.stars.len() + scene.species().len() + usize::from(scene.background.spectrum.is_some());
             let quick = if scene.method.bounces == 1 { scene.stars.len() <= PLATED_STARS } else { lights <= PLATED_LIGHTS };
             if !quick || stand.plates.as_ref().is_some_and(|plates| plates.mixture(&scene).is_ok()) {
                 continue;
@@ -393,7 +393,7 @@ fn reduced(camera: &Camera, scale: f64) -> Camera {
 
 /// The scene as `camera` sees it.
 fn seen(scene: &Scene, camera: &Camera) -> Arc<Scene> {
-    Arc::new(Scene { camera: camera.clone(), ..scene.clone() })
+    Arc::new(scene.clone().with_camera(camera.clone()))
 }
 
 /// Light that a back end found, in how long, and what found it.

@@ -62,7 +62,7 @@ const MOLECULES_UM: f64 = 1.2;
 pub fn left_out(scene: &Scene) -> Option<String> {
     let reaches = |um: f64| scene.bands.iter().any(|band| band.support_um().1 > um);
     let of_dust = scene.dust.is_some() && reaches(WARM_DUST_UM);
-    let of_gas = scene.gas.is_some() && reaches(MOLECULES_UM);
+    let of_gas = scene.ionised().is_some() && reaches(MOLECULES_UM);
     let parts = [(of_dust, "thermal emission of dust and PAHs"), (of_gas, "lines of H2 and [Fe II]")];
     let parts: Vec<&str> = parts.into_iter().filter(|(is_seen, _)| *is_seen).map(|(_, what)| what).collect();
     (!parts.is_empty()).then(|| format!("{}, visible in these passbands, are not modelled", parts.join(" and ")))

@@ -55,7 +55,7 @@ impl<'a> Job<'a> {
         if let Some(plan) = &mut plan {
             plan.look_from(camera.clone(), control)?;
         }
-        let scene = Arc::new(Scene { camera, ..Scene::clone(&self.scene) });
+        let scene = Arc::new(Scene::clone(&self.scene).with_camera(camera));
         Ok(Self {
             scene: Cow::Owned(scene),
             options: self.options,

@@ -103,7 +103,7 @@ fn in_parts(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Im
         let control = control.part(share(i), share(i + 1));
         let of_part = match renderer.input() {
             Input::Plan => job.by_plan(job.plan(&control)?.only(|other| other == *part)),
-            Input::Scene { .. } => Job::new(part.alone(scene), job.options())?,
+            Input::Scene { .. } => Job::new(part.alone(scene)?, job.options())?,
         };
         let own = renderer.radiance(&of_part, &control)?;
         layers.push(Layer { name: name(*part, scene, &layers), content: LayerContent::Light, samples: own.samples.clone() });
@@ -136,7 +136,7 @@ fn name(part: Part, scene: &Scene, others: &[Layer]) -> String {
         Part::Scattered => "scattered".into(),
         Part::Emission { species } => {
             let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-            format!("emission.{}", scene.emission[species].name.chars().map(plain).collect::<String>())
+            format!("emission.{}", scene.species()[species].name.chars().map(plain).collect::<String>())
         }
         Part::Background => "background".into(),
         Part::Stars => "stars".into(),

@@ -107,9 +107,10 @@ mod tests {
             let bounds = Bounds { low: DVec3::splat(-1.0), high: DVec3::splat(1.0) };
             let values: Vec<f32> = (0..4096).map(|_| random.uniform().powf(power) as f32 + 0.1).collect();
             let grid: Arc<dyn Field> = Arc::new(Grid::new([16; 3], bounds, values).unwrap());
-            let mut scene = scene(on_axis(4.0, 30.0, (4, 4)), 20).dust(dust(grid, "ccm89", 0.5)).star(star(9000.0, 1.0, DVec3::ZERO));
-            (scene.detail, scene.method.accuracy) = (Some(Detail::default()), 0.1);
-            scene
+            let mut spec =
+                scene(on_axis(4.0, 30.0, (4, 4)), 20).with_dust(dust(grid, "ccm89", 0.5)).with_star(star(9000.0, 1.0, DVec3::ZERO));
+            (spec.detail, spec.method.accuracy) = (Some(Detail::default()), 0.1);
+            spec.build().unwrap()
         };
         let (options, control) = (Options::default(), Control::default());
         let planned = |quality, power| Planner::new(&options).with_quality(quality).plan(frame(power), None, &control).unwrap();

@@ -29,8 +29,8 @@ const FIXED: [Part; 4] = [Part::Space, Part::Stars, Part::Spectra, Part::Amount]
 /// let camera = |x: f64| Camera::look_at(dvec3(x, 0.0, 5.0), DVec3::ZERO).size(8, 8);
 /// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0));
 /// let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
-/// let mut scene = Scene::new(camera(0.0)).bands(passband::set("johnson")?).dust(dust).star(star);
-/// # barnard::plan::sample_functions(&mut scene, &Options::default())?;
+/// let scene = SceneSpec::new(camera(0.0)).with_bands(passband::set("johnson")?).with_dust(dust).with_star(star).build()?;
+/// # let scene = barnard::plan::sample_functions(&scene, &Options::default())?;
 /// let control = Control::default();
 /// let mut planned = Planner::new(&Options::default()).plan(scene, None, &control)?;
 /// for x in [0.0, 1.0] {
@@ -101,7 +101,7 @@ impl Planned {
     /// Errors of [`Camera::check`], and on interruption by the user; the plan is as before then.
     pub fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
         self.plan.look_from(camera.clone(), control)?;
-        Arc::make_mut(&mut self.scene).camera = camera;
+        self.scene = Arc::new(Scene::clone(&self.scene).with_camera(camera));
         Ok(())
     }
 
@@ -113,7 +113,7 @@ impl Planned {
     /// is as before then.
     pub fn move_star(&mut self, star: usize, position: DVec3, control: &Control) -> Result<()> {
         self.plan.move_star(star, position, control)?;
-        Arc::make_mut(&mut self.scene).stars[star].position = position;
+        self.scene = Arc::new(Scene::clone(&self.scene).with_moved_star(star, position));
         self.parts = OnceLock::new();
         Ok(())
     }
@@ -134,7 +134,7 @@ impl Planned {
     fn with_camera(mut self, change: impl FnOnce(Camera) -> Camera) -> Self {
         let camera = change(self.plan.camera.clone());
         self.plan.camera = camera.clone();
-        Arc::make_mut(&mut self.scene).camera = camera;
+        self.scene = Arc::new(Scene::clone(&self.scene).with_camera(camera));
         self
     }
 
@@ -167,8 +167,9 @@ impl Planned {
     pub fn with_space(mut self, space: Arc<SpatialPlan>) -> Self {
         let positions = space.stars.clone();
         self.plan.space = space;
-        let stars = &mut Arc::make_mut(&mut self.scene).stars;
-        stars.iter_mut().zip(positions).for_each(|(star, position)| star.position = position);
+        let scene = Scene::clone(&self.scene);
+        self.scene =
+            Arc::new(positions.into_iter().enumerate().fold(scene, |scene, (star, position)| scene.with_moved_star(star, position)));
         self.parts = OnceLock::new();
         self
     }

@@ -47,7 +47,7 @@ pub enum Quality {
 /// use barnard::plan::{Planner, Quality};
 /// use barnard::prelude::*;
 ///
-/// let scene = Scene::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8)).bands(passband::set("johnson")?);
+/// let scene = SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8)).with_bands(passband::set("johnson")?).build()?;
 /// let (options, control) = (Options::default(), Control::default());
 /// let preview = Planner::new(&options).with_quality(Quality::Preview).plan(&scene, None, &control)?;
 /// assert_eq!(preview.scene().camera.width, 8);
@@ -123,7 +123,8 @@ impl<'a> Planner<'a> {
             star_depth: StarDepthSource::Cached,
         };
         let Method { bake, bounces, exact_stars, .. } = scene.method;
-        let scene = &scene.clone().method(Method { entry, accuracy: PREVIEW_ACCURACY, bake, bounces, exact_stars, ..Method::default() });
+        let scene =
+            &scene.clone().with_method(Method { entry, accuracy: PREVIEW_ACCURACY, bake, bounces, exact_stars, ..Method::default() });
         let space = match before.map(|plan| plan.space.updated(scene, options, control)).transpose()?.flatten() {
             Some(space) => space,
             None => Arc::new(SpatialPlan::coarse(scene, options, PREVIEW_VOXELS, control)?),
@@ -139,7 +140,7 @@ impl<'a> Planner<'a> {
 
     fn fixed(&self, scene: &Scene, steps: usize, control: &Control) -> Result<Plan> {
         let options = self.options;
-        let scene = &scene.clone().method(Method { steps: Some(steps), ..scene.method.clone() });
+        let scene = &scene.clone().with_method(Method { steps: Some(steps), ..scene.method.clone() });
         let lights = lights(scene)?;
         let space = SpatialPlan::new(scene, options, control)?;
         space.check_stars(scene)?;

@@ -111,13 +111,15 @@ mod tests {
         let line = Line { lambda_um: 0.54, strength: 40e-24 };
         // 1 per nm is 10³ per µm.
         let glow = Spectrum::of_lines(vec![line]).plus(power_law(0.0, 1e-21));
-        let mut scene = scene(on_axis(4.0, 10.0, (1, 1)), 48)
-            .dust(dust(ball(1.0), "ccm89", 1.5))
-            .star(star(9000.0, 100.0, DVec3::new(0.5, 0.9, 0.8)).hidden())
-            .emission(Emission::new(ball(1.0), glow))
-            .background(Background::even(power_law(-2.0, 1e-7)));
+        let scene = scene(on_axis(4.0, 10.0, (1, 1)), 48)
+            .with_dust(dust(ball(1.0), "ccm89", 1.5))
+            .with_star(star(9000.0, 100.0, DVec3::new(0.5, 0.9, 0.8)).hidden())
+            .with_emission(Emission::new(ball(1.0), glow))
+            .with_background(Background::even(power_law(-2.0, 1e-7)))
+            .build()
+            .unwrap();
         let options = Options::default();
-        crate::plan::sample_functions(&mut scene, &options).unwrap();
+        let scene = crate::plan::sample_functions(&scene, &options).unwrap();
         let plan = Planner::new(&options).plan(&scene, None, &Control::default()).unwrap();
         let truth = crate::render_reference(&scene, 1e-5, &Control::default()).unwrap().at(0, 0, 0);
         let band = &scene.bands[0];

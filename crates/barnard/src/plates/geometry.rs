@@ -57,7 +57,7 @@ impl Geometry {
                 own.add("albedo of multiple scattering", nodes.iter().map(|node| dust.albedo.at(node.lambda_um)));
             }
         }
-        for (number, species) in scene.emission.iter().enumerate() {
+        for (number, species) in scene.species().iter().enumerate() {
             own.add(format!("density of gas number {}", number + 1), integers(fingerprint(&*species.density)));
         }
         if let Some(detail) = &scene.detail {

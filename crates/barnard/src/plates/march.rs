@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::light::{Route, law};
 use crate::memory;
 use crate::plan::{Options, Plan, Planner};
-use crate::scene::{Background, Emission, Method, Scene, Star};
+use crate::scene::{Background, Emission, Method, Scene, SceneSpec, Star};
 
 /// The width of a passband that stands for one wavelength, as a part of it.
 const NARROW: f64 = 1e-5;
@@ -102,8 +102,8 @@ impl Work<'_> {
         };
         let bands: Vec<Passband> = self.nodes.iter().map(narrow).collect::<spectra::Result<_>>()?;
         let method = Method { settings: Method::default().settings, exact_stars: None, ..self.scene.method.clone() };
-        let own = alone(self.scene, route).bands(bands).method(method.with_name("fixed_wavelength")?);
-        let plan = Planner::new(self.options).plan(&own, None, &control.part(0.0, 0.7))?;
+        let light = alone(self.scene, route).with_bands(bands).with_method(method.with_name("fixed_wavelength")?).build()?;
+        let plan = Planner::new(self.options).plan(&light, None, &control.part(0.0, 0.7))?;
         let (mut data, stats) = cpu::radiance(&plan, &control.part(0.7, 1.0))?;
         for (band, node) in plan.spectral().bands.iter().zip(data.chunks_exact_mut(self.pixels())) {
             let sent = band.sources[0].measure.total() as f32;
@@ -178,14 +178,15 @@ fn stored(route: Route, data: &[f32], components: Components, rounding: Rounding
 }
 
 /// The scene with one light, which shines at all wavelengths: whatever it sends is divided out again.
-fn alone(scene: &Scene, route: Route) -> Scene {
+fn alone(scene: &Scene, route: Route) -> SceneSpec {
     let spectrum = Spectrum::continuous(1.0, Arc::new(BlackBody(Temperature(6000.0))));
-    // Lights as they are: what the stars made of the gas is a light of its own.
-    let mut own = Scene { stars: Vec::new(), emission: Vec::new(), gas: None, background: Background::default(), ..scene.clone() };
+    let mut spec = scene.as_lights();
+    let (stars, species) = (std::mem::take(&mut spec.stars), std::mem::take(&mut spec.emission));
+    spec.background = Background::default();
     match route {
-        Route::Scattered { star } | Route::Direct { star } => own.stars.push(Star { spectrum, ..scene.stars[star].clone() }.hidden()),
-        Route::Emitted { species } => own.emission.push(Emission { spectrum, ..scene.emission[species].clone() }),
-        Route::Background | Route::FieldStar { .. } => own.background.spectrum = Some(spectrum),
+        Route::Scattered { star } | Route::Direct { star } => spec.stars.push(Star { spectrum, ..stars[star].clone() }.hidden()),
+        Route::Emitted { species: number } => spec.emission.push(Emission { spectrum, ..species[number].clone() }),
+        Route::Background | Route::FieldStar { .. } => spec.background.spectrum = Some(spectrum),
     }
-    own
+    spec
 }

@@ -98,13 +98,13 @@ pub struct Record {
 /// use barnard::prelude::*;
 ///
 /// let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8);
-/// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0)).albedo(0.6);
+/// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0)).with_albedo(0.6);
 /// let star = |kelvin| Star::blackbody(Temperature(kelvin), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
-/// let mut scene = Scene::new(camera).bands(passband::set("johnson")?).dust(dust).star(star(15_000.0));
+/// let scene = SceneSpec::new(camera).with_bands(passband::set("johnson")?).with_dust(dust).with_star(star(15_000.0)).build()?;
 /// let control = Control::default();
 /// let plates = Plates::new(&scene, Reach::default(), None, &Options::default(), &control)?;
-/// scene.stars = vec![star(30_000.0)];
-/// let hotter = plates.expose(&scene, &control)?;
+/// let hotter = scene.edited(|spec| spec.stars = vec![star(30_000.0)])?;
+/// let hotter = plates.expose(&hotter, &control)?;
 /// assert!(hotter.band(0).any(|v| v > 0.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -78,7 +78,7 @@ pub(super) fn one_scattering(scene: &Scene, (low, high): (f64, f64), amounts: (f
     let mut method =
         Method { bounces: 1, settings: Settings { amounts, ..Settings::default() }, ..scene.method.clone() }.with_name("common_nodes")?;
     method.exact_stars = None;
-    Ok(Scene { gas: None, ..scene.clone() }.bands(bands).method(method))
+    scene.as_lights().with_bands(bands).with_method(method).build()
 }
 
 /// Largest number of stars.

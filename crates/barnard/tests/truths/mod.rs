@@ -263,7 +263,7 @@ albedo = 0
 /// Error against the exact slab falls with the square of the step (a Plummer cloud: smooth, no kinks but the voxels').
 #[test]
 fn the_march_converges_with_the_square_of_its_step() {
-    let mut scene = parse(&format!(
+    let scene = parse(&format!(
         r#"{VIEW}{LINE_BAND}[field.cloud]
 kind = "plummer"
 core = "0.3 pc"
@@ -286,8 +286,8 @@ bake = 256
     // dr.
     let column = 8.0 * spectra::quadrature::integrate(|r: f64| (1.0 + r * r / 0.09).powf(-2.5), 0.0, 1.0, 1e-13);
     let truth = 0.25 * -(-column).exp_m1();
-    let mut error = |steps: usize| {
-        scene.method.steps = Some(steps);
+    let error = |steps: usize| {
+        let scene = scene.edited(|spec| spec.method.steps = Some(steps)).unwrap();
         (on_cpu(&scene).at(0, 0, 0) / truth - 1.0).abs()
     };
     let (coarse, fine) = (error(8), error(16));

@@ -85,10 +85,10 @@ fn describe(scene: &Scene) {
     if scene.stars.len() > MAX_STARS {
         say!("star      and {} more", scene.stars.len() - MAX_STARS);
     }
-    for gas in &scene.emission {
+    for gas in scene.species() {
         say!("emission  {}: {} lines, {}", gas.name, gas.spectrum.lines().len(), lattice(&*gas.density));
     }
-    for told in scene.gas.iter().flat_map(|gas| gas.told()) {
+    for told in scene.ionised().iter().flat_map(|gas| gas.told()) {
         say!("gas       {told}");
     }
     for band in &scene.bands {

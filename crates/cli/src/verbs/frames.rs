@@ -11,7 +11,7 @@ use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, LayerChoice, Level};
 use barnard::plan::{Options, Planned};
-use barnard::scene::{Provenance, Scene};
+use barnard::scene::Provenance;
 use barnard::sequence::{Follower, FrameSettings, Sequence};
 use barnard_files::claim::Claim;
 use barnard_files::formats::{check_folder, replace};
@@ -247,7 +247,12 @@ impl Shoot<'_> {
     /// Settings shared by all frames, chosen from the whole sequence.
     fn shared(&self, follower: &mut Follower, control: &Control) -> anyhow::Result<FrameSettings> {
         let pilots = self.sequence.pilots();
-        let shared = FrameSettings::measured(&pilots, |time| self.scene.uncropped(follower.scene(time, control)?), self.options, control)?;
+        let shared = FrameSettings::measured(
+            &pilots,
+            |time| self.scene.uncropped(follower.scene(time, control)?, self.options.memory_limit),
+            self.options,
+            control,
+        )?;
         let choices = &shared.choices;
         complain!(
             "settings of all frames, from {} pilot frames: {}, star depths x {}, white {}",
@@ -269,7 +274,8 @@ impl Shoot<'_> {
         let at = |time: f64| -> anyhow::Result<Image> {
             let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit)?;
             let scene = outputs::layered(scene, self.layers, self.outputs, self.options.memory_limit)?;
-            let scene = Scene { display: shared.display(&scene.display), ..scene };
+            let display = shared.display(&scene.display);
+            let scene = scene.with_display(display);
             let start = Instant::now();
             let plan = follower.plan(&scene, self.options, &shared.choices, control)?;
             planning += start.elapsed().as_secs_f64();

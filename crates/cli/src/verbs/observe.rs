@@ -71,13 +71,11 @@ impl Observe {
         if let Some(pattern) = &self.raw {
             check_replaceable(&frame_file(pattern, 1)?)?;
         }
-        let (mut scene, options) = self.scene.load_for(&self.backend)?;
+        let (scene, options) = self.scene.load_for(&self.backend)?;
         let instrument = Arc::new(self.instrument(&scene)?);
         instrument.check()?;
         // Layers say what a picture is made of, and that is not what is recorded.
-        scene.output.layers = LayerChoice::default();
-        scene.instrument = Some(instrument.clone());
-        scene.check()?;
+        let scene = scene.with_layers(LayerChoice::default()).edited(|spec| spec.instrument = Some(instrument.clone()))?;
         let raw: Vec<PathBuf> = match &self.raw {
             Some(pattern) => (1..=instrument.frames).map(|number| frame_file(pattern, number as i64)).collect::<anyhow::Result<_>>()?,
             None => Vec::new(),

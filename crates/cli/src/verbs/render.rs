@@ -155,7 +155,7 @@ impl Render {
         if self.referee.keeps_sums() {
             bail!("--state does not support stereo; remove [camera.stereo]");
         }
-        let [left, right] = eyes.map(|camera| self.referee.render(&Scene { camera, ..scene.clone() }, options.memory_limit));
+        let [left, right] = eyes.map(|camera| self.referee.render(&scene.clone().with_camera(camera), options.memory_limit));
         Ok(joined(stereo.arrangement, left?, &right?)?)
     }
 

@@ -24,5 +24,5 @@ scale = "5.32e-22 mag cm2"
     );
     let scene = barnard_files::parse("test.toml", "test", text, &barnard_files::in_folder(folder.path(), memory_limit))
         .map_err(|e| e.to_string())?;
-    Ok(scene.dust.unwrap().density)
+    Ok(scene.dust.as_ref().unwrap().density.clone())
 }

@@ -27,8 +27,8 @@ scale = "400 /pc"
 law = "ccm89"
 albedo = 0.6
 "#;
-    let mut scene = parsed(&format!("{CAMERA}{shell}{STAR}[method]\nbake = 64\n"));
-    let plan = plan(&mut scene, 33).with_stepping(FINE);
+    let scene = parsed(&format!("{CAMERA}{shell}{STAR}[method]\nbake = 64\n"));
+    let plan = plan(&scene, 33).with_stepping(FINE);
     let by = |tuning: Tuning| DeviceMarch::new(&gpu, &plan, tuning).unwrap().radiance(&Control::default()).unwrap();
     let usual = by(Tuning::default());
     for workgroup in [(1, 1), (4, 4), (64, 1), (3, 7)] {
@@ -49,14 +49,14 @@ albedo = 0.6
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn rays_pause_in_time() {
     let gpu = device();
-    let mut scene = parsed(&format!(
+    let scene = parsed(&format!(
         r#"{CAMERA}{DUST}{STAR}[method]
 bake = 16
 name = "midpoint"
 count = 200
 "#
     ));
-    let plan = plan(&mut scene, 16).with_stepping(Stepping::PerVoxel(30.0));
+    let plan = plan(&scene, 16).with_stepping(Stepping::PerVoxel(30.0));
     let theirs = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let pausing = Tuning { pauses: Some(true), ..Tuning::default() };
     let mut renderer = DeviceMarch::new(&gpu, &plan, pausing).unwrap();
@@ -96,8 +96,9 @@ albedo = 0.6
 "#;
     let second = STAR.replace("0.2 0.5 0.3", "-0.3 -0.2 0.1").replace("9000 K", "4000 K");
     let made = |place: &str| {
-        let mut scene = parsed(&format!("{CAMERA}{cloud}{second}{}[method]\nbake = 40\n", STAR.replace("0.2 0.5 0.3", place)));
-        (scene.camera.width, scene.camera.height) = (12, 12);
+        let scene = parsed(&format!("{CAMERA}{cloud}{second}{}[method]\nbake = 40\n", STAR.replace("0.2 0.5 0.3", place)));
+        let camera = scene.camera.clone().size(12, 12);
+        let scene = scene.with_camera(camera);
         let options = Options::within(DEFAULT_LIMIT);
         Planner::new(&options).with_quality(Quality::Fixed(40)).plan(&scene, None, &Control::default()).unwrap().with_stepping(FINE)
     };
@@ -139,7 +140,7 @@ fn stars_in_pages_are_not_moved() {
     let lobes = DUST.replace("density = \"ball\"", "density = \"ball * max(0, 4 * x * y - 1)\"");
     let of = |sparse: &str| {
         plan(
-            &mut parsed(&format!(
+            &parsed(&format!(
                 r#"{CAMERA}{lobes}{STAR}[method]
 bake = 60
 sparse = "{sparse}"
@@ -165,9 +166,9 @@ sparse = "{sparse}"
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn passes_settle() {
     let gpu = device();
-    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 24\n"));
-    scene.camera.supersampling = 12;
-    let plan = plan(&mut scene, 24);
+    let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 24\n"));
+    let scene = scene.clone().with_camera(scene.camera.clone().supersampling(12));
+    let plan = plan(&scene, 24);
     let truth = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let mut renderer = DeviceMarch::new(&gpu, &plan, Tuning::default()).unwrap();
     let tone = Tone {

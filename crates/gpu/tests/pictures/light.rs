@@ -14,11 +14,12 @@ pub const TOLERANCE: f64 = 1e-3;
 
 pub const FINE: Stepping = Stepping::PerVoxel(10.0);
 
-pub fn plan(scene: &mut Scene, edge: usize) -> Planned {
+/// Plan of a scene whose picture is `edge` pixels wide.
+pub fn plan(scene: &Scene, edge: usize) -> Planned {
     let shape = scene.camera.height as f64 / scene.camera.width as f64;
-    (scene.camera.width, scene.camera.height) = (edge, (edge as f64 * shape) as usize);
+    let scene = scene.clone().with_camera(scene.camera.clone().size(edge, (edge as f64 * shape) as usize));
     let options = Options::within(DEFAULT_LIMIT);
-    Planner::new(&options).plan(&*scene, None, &Control::default()).unwrap()
+    Planner::new(&options).plan(scene, None, &Control::default()).unwrap()
 }
 
 /// Radiance and statistics by the device.

@@ -19,8 +19,8 @@ fn pictures_are_those_of_the_processor() {
     // Real devices weigh voxels in 256ths: half of one is what filaments that are thinner than voxels may be off by, on each axis.
     let tolerance = if gpu.adapter.real { 2.0 * TOLERANCE } else { TOLERANCE };
     for builtin in barnard_files::builtin::SCENES.iter().filter(|scene| scene.needs.is_none()) {
-        let mut scene = barnard_files::builtin::load_by(builtin.name, DEFAULT_LIMIT, Loader::roughly).unwrap();
-        let planned = plan(&mut scene, 32);
+        let scene = barnard_files::builtin::load_by(builtin.name, DEFAULT_LIMIT, Loader::roughly).unwrap();
+        let planned = plan(&scene, 32);
         let accuracy = planned.spectral().accuracy;
         // A ray that all but hits a gathered star sees dust between the ends of its step there: all rays take the same.
         let many_lights = planned.space().many_lights.is_some();
@@ -103,8 +103,8 @@ sparse = "always"
         ("pages", format!("{CAMERA}{lobes}{STAR}{pages}")),
         ("pages of dust and of gas", format!("{CAMERA}{lobes}{STAR}{gas}{pages}bounces = 3\n")),
     ] {
-        let mut scene = parsed(&text);
-        let planned = plan(&mut scene, 24);
+        let scene = parsed(&text);
+        let planned = plan(&scene, 24);
         assert_eq!(name.contains("pages"), planned.space().volumes.iter().any(|volume| volume.pages().count() > 1), "{name}");
         for stepping in [FINE, Stepping::Paired(5.0)] {
             let plan = planned.clone().with_stepping(stepping);
@@ -139,8 +139,8 @@ electron_density = "300 cm-3"
     let flat = CAMERA.replace("perspective", "orthographic").replace("field_of_view = \"40 deg\"", "width = \"0.6 pc\"");
     for (camera, stepping) in [(&near, FINE), (&near, Stepping::Paired(3.0)), (&flat, Stepping::PerVoxel(2.0))] {
         let text = format!("{camera}{DUST}{STAR}{GAS}");
-        let detailed = plan(&mut parsed(&format!("{text}{METHOD}")), 24).with_stepping(stepping);
-        let plain = plan(&mut parsed(&text.replace("[field.core]", "[method]\nbake = 24\n[field.core]")), 24).with_stepping(stepping);
+        let detailed = plan(&parsed(&format!("{text}{METHOD}")), 24).with_stepping(stepping);
+        let plain = plan(&parsed(&text.replace("[field.core]", "[method]\nbake = 24\n[field.core]")), 24).with_stepping(stepping);
         let (theirs, without) =
             (cpu::radiance(&detailed, &Control::default()).unwrap().0, cpu::radiance(&plain, &Control::default()).unwrap().0);
         let (wrong, changed) = (difference(&detailed, &on(&gpu, &detailed).0, &theirs), difference(&detailed, &without, &theirs));
@@ -169,15 +169,15 @@ albedo = 0.6
 "#;
     let on_the_fly = Tuning { on_the_fly: true, ..Tuning::default() };
     let wrong = [12, 24, 48].map(|bake| {
-        let mut scene = parsed(&format!("{CAMERA}{cloud}{}[method]\nbake = {bake}\n", STAR.replace("0.2 0.5 0.3", "1.5 1.2 1.4")));
-        let plan = plan(&mut scene, 12).with_stepping(Stepping::Fixed(100));
+        let scene = parsed(&format!("{CAMERA}{cloud}{}[method]\nbake = {bake}\n", STAR.replace("0.2 0.5 0.3", "1.5 1.2 1.4")));
+        let plan = plan(&scene, 12).with_stepping(Stepping::Fixed(100));
         let ours = DeviceMarch::new(&gpu, &plan, on_the_fly).unwrap().radiance(&Control::default()).unwrap().0;
         difference(&plan, &ours, &on(&gpu, &plan).0)
     });
     println!("{wrong:?}");
     assert!(wrong[2] < 0.02 && wrong[2] < 0.5 * wrong[1] && wrong[1] < 0.5 * wrong[0] && wrong[2] > 0.0, "{wrong:?}");
-    let mut scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
-    let error = DeviceMarch::new(&gpu, &plan(&mut scene, 24), on_the_fly).err().unwrap().to_string();
+    let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 16\n"));
+    let error = DeviceMarch::new(&gpu, &plan(&scene, 24), on_the_fly).err().unwrap().to_string();
     assert!(error.contains("fbm") && error.contains("remove it to sample"), "{error}");
 }
 
@@ -198,8 +198,8 @@ fn many_lights_are_those_of_the_processor() {
     ];
     for (camera, phase) in cases {
         let dust = if phase.contains("law") { DUST.replace("law = \"ccm89\"\nalbedo = 0.6\n", "") } else { DUST.to_owned() };
-        let mut scene = parsed(&format!("{camera}{dust}{phase}{}{method}", many_lights(30)));
-        let plan = plan(&mut scene, 24).with_stepping(FINE);
+        let scene = parsed(&format!("{camera}{dust}{phase}{}{method}", many_lights(30)));
+        let plan = plan(&scene, 24).with_stepping(FINE);
         let ours = on(&gpu, &plan).0;
         let wrong = difference(&plan, &ours, &cpu::radiance(&plan, &Control::default()).unwrap().0);
         println!("{phase}: {wrong:.1e}");
@@ -247,9 +247,9 @@ bake = 24
 accuracy = {accuracy}
 {degree}"#
         );
-        let mut scene = parsed(&text);
+        let scene = parsed(&text);
         let stepping = if method == "double_integration" { Stepping::Fixed(60) } else { FINE };
-        let plan = plan(&mut scene, 12).with_stepping(stepping);
+        let plan = plan(&scene, 12).with_stepping(stepping);
         if method == "sampled" {
             assert!(barnard_gpu::unable(&plan, Tuning::default()).is_some());
             continue;
@@ -305,8 +305,8 @@ temperature = "4000 K"
 radiance = "1e-9 W/m2/sr/um"
 "#;
     let camera = CAMERA.replace("0.3 0.2 4 pc", "-0.4 0.2 0.3 pc");
-    let mut scene = parsed(&format!("{camera}{DUST}{STAR}{background}"));
-    let own = plan(&mut scene, 24).with_stepping(FINE);
+    let scene = parsed(&format!("{camera}{DUST}{STAR}{background}"));
+    let own = plan(&scene, 24).with_stepping(FINE);
     let camera = own.camera().clone();
     let dome = camera.clone().fisheye_deg(200.0, 40.0);
     let part = camera.clone().equirectangular(40).crop(9, 3, 24, 11).unwrap();

@@ -71,7 +71,7 @@ impl Part {
         if scene.dust.is_some() && !scene.stars.is_empty() {
             parts.push(Self::Scattered);
         }
-        parts.extend((0..scene.emission.len()).map(|species| Self::Emission { species }));
+        parts.extend((0..scene.species().len()).map(|species| Self::Emission { species }));
         if scene.background.spectrum.is_some() {
             parts.push(Self::Background);
         }
@@ -82,26 +82,28 @@ impl Part {
     }
 
     /// The scene whose light is this part of another's: other lights are out, all dust is there.
-    pub fn alone(self, scene: &Scene) -> Scene {
-        // Gas is a light like others, whatever ionised it.
-        let mut scene = Scene { gas: None, ..scene.clone() };
-        let species = std::mem::take(&mut scene.emission);
-        if let Self::Emission { species: own } = self {
-            scene.emission.extend(species.into_iter().nth(own));
+    ///
+    /// # Errors
+    /// Errors of [`Scene::check`](crate::scene::Scene::check).
+    pub fn alone(self, scene: &Scene) -> Result<Scene> {
+        let mut spec = scene.as_lights();
+        let species = std::mem::take(&mut spec.emission);
+        if let Self::Emission { species: number } = self {
+            spec.emission.extend(species.into_iter().nth(number));
         }
         match self {
-            Self::Scattered => scene.stars.iter_mut().for_each(|star| star.visible = false),
-            Self::Emission { .. } | Self::Background => scene.stars.clear(),
+            Self::Scattered => spec.stars.iter_mut().for_each(|star| star.visible = false),
+            Self::Emission { .. } | Self::Background => spec.stars.clear(),
             Self::Stars => {}
         }
         if self != Self::Background {
-            scene.background.spectrum = None;
+            spec.background.spectrum = None;
         }
         if self != Self::Stars {
-            scene.background.star_field = None;
-            scene.background.catalogue = None;
+            spec.background.star_field = None;
+            spec.background.catalogue = None;
         }
-        scene
+        spec.build()
     }
 }
 
@@ -133,7 +135,7 @@ pub fn lights(scene: &Scene) -> Result<Vec<Light>> {
             lights.push(Light { route: Route::Direct { star }, name: format!("{}, direct", s.name), spectrum });
         }
     }
-    for (species, e) in scene.emission.iter().enumerate() {
+    for (species, e) in scene.species().iter().enumerate() {
         lights.push(Light { route: Route::Emitted { species }, name: e.name.clone(), spectrum: e.spectrum.clone().scaled(PARSEC) });
     }
     if let Some(spectrum) = &scene.background.spectrum {

@@ -65,13 +65,13 @@ impl Dust {
 
     /// The part of its extinction that scatters, 0 to 1: a number, or a table over λ \[µm\].
     #[must_use]
-    pub fn albedo(self, albedo: impl Into<Albedo>) -> Self {
+    pub fn with_albedo(self, albedo: impl Into<Albedo>) -> Self {
         Self { albedo: albedo.into(), ..self }
     }
 
     /// Copy of the dust, which spreads scattered light over angle like this.
     #[must_use]
-    pub fn phase(self, phase: impl IntoPhase) -> Self {
+    pub fn with_phase(self, phase: impl IntoPhase) -> Self {
         Self { phase: phase.into_phase(), ..self }
     }
 

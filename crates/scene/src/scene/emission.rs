@@ -8,48 +8,12 @@ use spectra::sed::PowerLaw;
 use spectra::spectrum::{Line, Spectrum};
 use spectra::units::{Emissivity, NumberDensity, Temperature, Velocity, Wavelength};
 
-use super::{Fields, Loader, fields, motion};
+use super::species::Emission;
+use super::{Fields, Loader, fields};
 use crate::curve::{self, COLUMN, UNIT};
 use crate::data::Inputs;
-use crate::error::{Error, Result};
-use crate::field::{Field, IntoField};
+use crate::error::Result;
 use crate::properties::{Formula, Key, KeyRow, Kind, Number, OrDefault, Part, Path, Required, Section, Tables, Text, build_kind_with};
-
-/// One species of glowing gas.
-#[derive(Debug, Clone)]
-pub struct Emission {
-    /// The name in certificates.
-    pub name: String,
-    /// The density of the species, in a unit of its own.
-    pub density: Arc<dyn Field>,
-    /// Emission coefficient of density 1 [W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
-    pub spectrum: Spectrum,
-}
-
-impl Emission {
-    /// Gas of a `density`, a field in a unit of its own, of which one has the emission coefficient `spectrum` [W m⁻³
-    /// sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹].
-    pub fn new(density: impl IntoField, spectrum: Spectrum) -> Self {
-        Self { name: "emission".into(), density: density.into_field(), spectrum }
-    }
-
-    /// Copy of the species under another name.
-    #[must_use]
-    pub fn with_name(self, name: impl Into<String>) -> Self {
-        Self { name: name.into(), ..self }
-    }
-
-    /// Refuses spectra that no gas has.
-    pub(super) fn check(&self) -> Result<()> {
-        if let Some(lambda) = self.spectrum.first_negative_um() {
-            return Err(Error::out_of_range("spectrum", format!("negative at {:.2} nm", lambda * 1e3), "at least zero"));
-        }
-        if !self.spectrum.is_light() {
-            return Err(Error::out_of_range("spectrum", format!("not finite for {}", self.name), "finite"));
-        }
-        Ok(())
-    }
-}
 
 const SCALE: Key<Emissivity, Required> =
     Key::quantity::<Emissivity>("scale", "emission coefficient at density 1 and spectral strength 1, such as \"1e-25 W/m3/sr\"")
@@ -137,7 +101,7 @@ pub(super) const KINDS: &[Kind<Spectrum>] = &[
 ];
 
 /// The keys that every species takes.
-pub(super) const KEYS: &[KeyRow] = &[NAME.row, DENSITY.row, DOPPLER_FWHM.row, fields::VELOCITY.row, motion::STEP.row];
+pub(super) const KEYS: &[KeyRow] = &[NAME.row, DENSITY.row, DOPPLER_FWHM.row, fields::VELOCITY.row, fields::VELOCITY_STEP.row];
 
 pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Result<Emission> {
     let mut spectrum = build_kind_with("emission", KINDS, KEYS, section, &loader.inputs)?;
@@ -152,6 +116,7 @@ pub(super) fn build(section: &Section, loader: &Loader, fields: &Fields) -> Resu
         name: section.read(&NAME)?.map_or_else(|| format!("emission {}", section.name()), str::to_owned),
         density: fields.expression(section, &DENSITY)?,
         spectrum,
+        motion: fields.motion(section)?,
     })
 }
 

@@ -6,11 +6,13 @@ use std::sync::Arc;
 
 use spectra::SpectraError;
 use spectra::fingerprint::{Digest, Fingerprint};
+use spectra::units::Velocity;
 
 use super::Loader;
+use super::species::Motion;
 use crate::error::{Error, Result};
 use crate::field::{self, Expression, Field};
-use crate::properties::{Formula, Key, KeyRow, Kind, KindRow, Part, Required, Section, Texts, chosen};
+use crate::properties::{Formula, Key, KeyRow, Kind, KindRow, OrDefault, Part, Required, Section, Texts, chosen};
 
 const FORMULA: Key<Formula, Required> = Key::formula(
     "formula",
@@ -30,6 +32,14 @@ pub(super) const VELOCITY: Key<Texts> = Key::texts(
 .otherwise("at rest")
 .example("[\"0\", \"0\", \"20*z\"]")
     .affects(&[Part::Space, Part::Spectra]);
+
+/// Resolution of the velocity.
+pub(super) const VELOCITY_STEP: Key<Velocity, OrDefault> =
+    Key::quantity::<Velocity>("velocity_step", "velocity resolution; use half of a channel or less")
+        .positive()
+        .default("10 km/s")
+        .needs("velocity")
+        .affects(&[Part::Space, Part::Spectra]);
 
 /// The density of dust or gas, in any table that has one.
 const DENSITY: Key<Formula> = Key::formula("density", "density");
@@ -263,13 +273,20 @@ impl<'a> Fields<'a> {
         Ok(field)
     }
 
-    /// A formula under `key` that holds in all of space, of the fields or of none.
+    /// Velocity of the gas of a table, whose components are expressions that hold in all of space.
     ///
     /// # Errors
-    /// If it is no expression of fields that there are.
-    pub(super) fn everywhere(&self, section: &Section, key: &KeyRow, formula: &str) -> Result<Arc<dyn Field>> {
-        let made = Expression::everywhere(formula, |name| self.named(name));
-        Ok(Arc::new(made.map_err(|message| self.wrong(section, key, message))?))
+    /// If a component is no expression of known fields.
+    pub(super) fn motion(&self, section: &Section) -> Result<Option<Motion>> {
+        let Some(formulas) = section.read(&VELOCITY)? else { return Ok(None) };
+        let [x, y, z] = formulas[..] else {
+            return Err(section.error(&VELOCITY, "a velocity must have three components, such as [\"0\", \"0\", \"20*z\"] in km/s"));
+        };
+        let component = |formula: &str| -> Result<Arc<dyn Field>> {
+            let made = Expression::everywhere(formula, |name| self.named(name));
+            Ok(Arc::new(made.map_err(|message| self.wrong(section, &VELOCITY.row, message))?))
+        };
+        Ok(Some(Motion::new([component(x)?, component(y)?, component(z)?], section.read(&VELOCITY_STEP)?)))
     }
 
     fn named(&self, name: &str) -> std::result::Result<Arc<dyn Field>, String> {

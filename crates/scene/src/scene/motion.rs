@@ -15,41 +15,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::units::Velocity;
 
-use super::fields::{Fields, VELOCITY};
-use super::gas::ionised::Glow;
+use super::species::{Emission, Motion};
 use crate::camera::{Camera, Projection};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, Lattice};
 use crate::memory;
-use crate::properties::{Key, OrDefault, Part, Section};
-
-/// The keys of gas that moves.
-pub(super) const STEP: Key<Velocity, OrDefault> =
-    Key::quantity::<Velocity>("velocity_step", "velocity resolution; use half of a channel or less")
-        .positive()
-        .default("10 km/s")
-        .needs("velocity")
-        .affects(&[Part::Space, Part::Spectra]);
-
-/// Motion of the gas of a table, if given.
-pub(super) fn of(section: &Section, fields: &Fields) -> Result<Option<Motion>> {
-    let Some(formulas) = section.read(&VELOCITY)? else { return Ok(None) };
-    let [x, y, z] = formulas[..] else {
-        return Err(section.error(&VELOCITY, "a velocity must have three components, such as [\"0\", \"0\", \"20*z\"] in km/s"));
-    };
-    let component = |formula: &str| fields.everywhere(section, &VELOCITY.row, formula);
-    Ok(Some(Motion { components: [component(x)?, component(y)?, component(z)?], step: section.read(&STEP)?.0 }))
-}
-
-/// The velocity of gas: its components along x, y and z [km s⁻¹], fields that may be negative.
-#[derive(Debug, Clone)]
-pub struct Motion {
-    /// The components.
-    pub components: [Arc<dyn Field>; 3],
-    /// Δ [km s⁻¹].
-    pub step: f64,
-}
 
 /// Most velocities: each is a density of its own.
 const MAX_VELOCITIES: usize = 256;
@@ -116,33 +87,35 @@ impl Steps {
     }
 }
 
-impl Motion {
-    /// The species of one that moves, as a camera sees it; one without lines stays as it is.
+impl Emission {
+    /// The species as a camera sees it: several if the gas moves and has lines, one for each velocity.
     ///
     /// # Errors
     /// If velocities are no numbers or too many, their grids would take more than `memory_limit` bytes, or on interruption by the user.
-    pub fn split(&self, (name, density, spectrum): Glow, camera: &Camera, memory_limit: u64, control: &Control) -> Result<Vec<Glow>> {
-        if spectrum.lines().is_empty() {
-            return Ok(vec![(name, density, spectrum)]);
-        }
+    pub(super) fn shifted(&self, camera: &Camera, memory_limit: u64, control: &Control) -> Result<Vec<Self>> {
+        let Self { name, density, spectrum, motion } = self;
+        let Some(motion) = motion.as_ref().filter(|_| !spectrum.lines().is_empty()) else {
+            return Ok(vec![Self { motion: None, ..self.clone() }]);
+        };
         let observer = match camera.projection {
             Projection::Orthographic { .. } => Observer::Far(camera.forward),
             Projection::Perspective { .. } | Projection::Panorama { .. } => Observer::Near(camera.position),
         };
-        let receding = Arc::new(Receding { motion: self.clone(), observer });
-        let steps = Steps::over(range(&*density, &receding)?, self.step)?;
+        let receding = Arc::new(Receding { motion: motion.clone(), observer });
+        let steps = Steps::over(range(&**density, &receding)?, motion.step)?;
         let fields = match density.grid() {
             Some(grid) => sliced(grid, &receding, steps, memory_limit)?,
             // A function is sampled once, not for each velocity.
             None => {
                 let finest = (density.bounds().size().max_element() / density.feature_pc()).ceil() as usize;
                 let lattice = Lattice::along(density.bounds(), finest.clamp(VOXELS.0, VOXELS.1));
-                sliced(&Grid::from_function(&density, lattice, 1.0, control)?, &receding, steps, memory_limit)?
+                sliced(&Grid::from_function(density, lattice, 1.0, control)?, &receding, steps, memory_limit)?
             }
         };
         let species = fields.into_iter().enumerate().filter_map(|(number, density)| {
             let velocity = steps.at(number);
-            Some((format!("{name} at {velocity:+.1} km/s"), density?, spectrum.clone().shifted(Velocity(velocity))))
+            let name = format!("{name} at {velocity:+.1} km/s");
+            Some(Self { name, density: density?, spectrum: spectrum.clone().shifted(Velocity(velocity)), motion: None })
         });
         Ok(species.collect())
     }
@@ -222,11 +195,11 @@ mod tests {
         Motion { components: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Arc::new(Linear(km_s_pc * axis)) as Arc<dyn Field>), step }
     }
 
-    fn ball(as_grid: bool) -> Glow {
+    fn ball(as_grid: bool) -> Emission {
         let spectrum = Spectrum::of_lines(vec![Line { lambda_um: 0.5, strength: 1.0 }]);
         let sphere = Sphere::new(DVec3::ZERO, 1.0).unwrap();
         if !as_grid {
-            return ("ball".into(), Arc::new(sphere), spectrum);
+            return Emission::new(sphere, spectrum);
         }
         let lattice = Lattice { dims: [32; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let values = (0..lattice.cells())
@@ -235,7 +208,7 @@ mod tests {
                 sphere.at(lattice.centre(x, y, z)) as f32
             })
             .collect();
-        ("ball".into(), Arc::new(Grid::new(lattice.dims, lattice.bounds, values).unwrap()), spectrum)
+        Emission::new(Grid::new(lattice.dims, lattice.bounds, values).unwrap(), spectrum)
     }
 
     /// Everywhere all parts together are the gas, their mean velocity is its own, and a part shines where it belongs.
@@ -244,18 +217,18 @@ mod tests {
         let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).orthographic_pc(3.0);
         for as_grid in [false, true] {
             let whole = ball(as_grid);
-            let parts = expansion(20.0, 3.0).split(whole.clone(), &camera, 1 << 30, &Control::default()).unwrap();
+            let parts = whole.clone().with_motion(expansion(20.0, 3.0)).shifted(&camera, 1 << 30, &Control::default()).unwrap();
             assert!((14..=16).contains(&parts.len()), "{}", parts.len());
             // A function that is sampled has soft edges, and neighbours between centres of voxels.
             let (inner, most) = if as_grid { (0..32, 2) } else { (2..30, 4) };
             for i in inner {
                 // Centres of voxels, where grids are their values.
                 let p = DVec3::new(0.031_25, 0.093_75, (f64::from(i) + 0.5) / 16.0 - 1.0);
-                let own: Vec<f64> = parts.iter().map(|part| part.1.at(p)).collect();
-                let (sum, density) = (own.iter().sum::<f64>(), whole.1.at(p));
+                let own: Vec<f64> = parts.iter().map(|part| part.density.at(p)).collect();
+                let (sum, density) = (own.iter().sum::<f64>(), whole.density.at(p));
                 assert!((sum - density).abs() < 1e-6, "{i}: {sum} {density}");
                 // The camera looks down z: what is near it comes closer.
-                let shift = |part: &Glow| (part.2.lines()[0].lambda_um / 0.5 - 1.0) * 299_792.458;
+                let shift = |part: &Emission| (part.spectrum.lines()[0].lambda_um / 0.5 - 1.0) * 299_792.458;
                 let mean = parts.iter().zip(&own).map(|(part, own)| own * shift(part)).sum::<f64>();
                 assert!((mean - density * -20.0 * p.z).abs() < 1e-4 * density.max(1e-9), "{i}: {mean}");
                 assert!(own.iter().filter(|own| **own > 0.0).count() <= most);
@@ -263,20 +236,25 @@ mod tests {
         }
         // From near by, away is away from the eye: gas at rest in a frame that recedes from it does so on all sides.
         let near = Camera::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO);
-        let away = expansion(1.0, 0.5).split(ball(true), &near, 1 << 30, &Control::default()).unwrap();
+        let away = ball(true).with_motion(expansion(1.0, 0.5)).shifted(&near, 1 << 30, &Control::default()).unwrap();
         assert!(away.len() > 3);
     }
 
     #[test]
     fn too_many_velocities_are_refused() {
         let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).orthographic_pc(3.0);
-        let message = expansion(1e4, 1.0).split(ball(true), &camera, 1 << 40, &Control::default()).unwrap_err().to_string();
+        let message = ball(true).with_motion(expansion(1e4, 1.0)).shifted(&camera, 1 << 40, &Control::default()).unwrap_err().to_string();
         assert!(message.contains("velocity_step") && message.contains("at least"), "{message}");
         assert!(
-            expansion(20.0, 1.0).split(ball(true), &camera, 1 << 20, &Control::default()).unwrap_err().to_string().contains("velocities")
+            ball(true)
+                .with_motion(expansion(20.0, 1.0))
+                .shifted(&camera, 1 << 20, &Control::default())
+                .unwrap_err()
+                .to_string()
+                .contains("velocities")
         );
-        assert!(expansion(f64::NAN, 1.0).split(ball(true), &camera, 1 << 30, &Control::default()).is_err());
+        assert!(ball(true).with_motion(expansion(f64::NAN, 1.0)).shifted(&camera, 1 << 30, &Control::default()).is_err());
         // Gas at rest stays one species, and a continuum has no lines to move.
-        assert_eq!(expansion(0.0, 1.0).split(ball(true), &camera, 1 << 30, &Control::default()).unwrap().len(), 1);
+        assert_eq!(ball(true).with_motion(expansion(0.0, 1.0)).shifted(&camera, 1 << 30, &Control::default()).unwrap().len(), 1);
     }
 }

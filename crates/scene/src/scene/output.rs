@@ -44,7 +44,7 @@ impl Scene {
     /// If its image with the layers, or its glare where a file shows colours, would take more than `memory_limit` bytes.
     pub fn for_files(mut self, have_layers: bool, show_colours: bool, memory_limit: u64) -> Result<Self> {
         if !have_layers {
-            self.output.layers = LayerChoice::default();
+            self.spec.output.layers = LayerChoice::default();
         }
         let (layers, bands) = (self.output.layers, self.bands.len());
         let parts = if layers.light { Part::of(&self).len() } else { 0 };

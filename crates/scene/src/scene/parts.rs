@@ -85,7 +85,7 @@ impl Scene {
         if let Some(Dust { density, phase, .. }) = &self.dust {
             phase.content(digest.text("dust").part(fingerprint(&**density)));
         }
-        for gas in &self.emission {
+        for gas in self.species() {
             digest.part(fingerprint(&*gas.density));
         }
         digest
@@ -95,7 +95,7 @@ impl Scene {
         if let Some(Dust { extinction, albedo, .. }) = &self.dust {
             digest.text("dust").part(extinction.fingerprint()).plain(albedo);
         }
-        for Emission { name, spectrum, .. } in &self.emission {
+        for Emission { name, spectrum, .. } in self.species() {
             digest.text("gas").text(name).part(spectrum.fingerprint());
         }
         for Star { name, spectrum, visible, .. } in &self.stars {

@@ -1,8 +1,9 @@
 //! Schema of scene files, table by table: the manual is printed from it, the explorer edits by it.
 
+use super::root::ROOT;
 use super::{
-    ROOT, albedo, backends, background, band, catalogue, detail, display, dust, emission, fields, gas, glare, instrument, method,
-    observation, output, spectrograph, star, star_table,
+    albedo, backends, background, band, catalogue, detail, display, dust, emission, fields, gas, glare, instrument, method, observation,
+    output, spectrograph, star, star_table,
 };
 use crate::instrument::psf;
 pub use crate::properties::KindRow;

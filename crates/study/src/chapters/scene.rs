@@ -74,9 +74,9 @@ impl Run {
         if passband.is_none() {
             text += BANDS;
         }
-        let mut scene = barnard_files::parse("study.toml", "study", text, &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
+        let scene = barnard_files::parse("study.toml", "study", text, &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
         let options = Options::within(DEFAULT_LIMIT);
-        sample_functions(&mut scene, &options)?;
+        let scene = sample_functions(&scene, &options)?;
         Ok(Self { scene })
     }
 
@@ -85,7 +85,7 @@ impl Run {
         let settings = Settings { count: contender.count, degree: contender.degree, ..Settings::default() };
         let method = Method { settings, ..self.scene.method.clone().with_name(contender.method)? };
         Ok(Planner::new(&Options::default()).with_quality(Quality::Fixed(contender.steps)).plan(
-            self.scene.clone().method(method),
+            self.scene.clone().with_method(method),
             None,
             control,
         )?)
@@ -103,7 +103,8 @@ impl Run {
 
     /// Resizes the scene to fewer pixels.
     pub fn resized(&mut self, edge: usize) {
-        (self.scene.camera.width, self.scene.camera.height) = (edge, edge);
+        let camera = self.scene.camera.clone().size(edge, edge);
+        self.scene = self.scene.clone().with_camera(camera);
     }
 
     /// The picture of a plan at the scene's present size, whatever it was planned for.

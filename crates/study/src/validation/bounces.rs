@@ -103,8 +103,7 @@ impl Run {
         let path_seconds = start.elapsed().as_secs_f64();
         let (paths, errors) = tracer.film.estimates.iter().map(|e| (e.mean, e.error())).unzip();
         let planned = |bounces: usize| -> Result<(Planned, f64)> {
-            let mut scene = scene.clone();
-            scene.method.bounces = bounces;
+            let scene = scene.clone().with_method(barnard::scene::Method { bounces, ..scene.method.clone() });
             let start = Instant::now();
             Ok((Planner::new(&Options::default()).plan(&scene, None, control)?, start.elapsed().as_secs_f64()))
         };

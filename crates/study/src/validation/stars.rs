@@ -53,11 +53,10 @@ fn scene(stars: usize, exact: Option<usize>) -> Result<Scene> {
         (0..stars).map(star).collect::<String>(),
         exact.map_or(String::new(), |n| format!("exact_stars = {n}\n"))
     );
-    let mut scene = barnard_files::parse("validation.toml", "stars", text, &barnard_files::builtin::loader(DEFAULT_LIMIT))?;
+    let scene = barnard_files::parse("validation.toml", "stars", text, &barnard_files::builtin::loader(DEFAULT_LIMIT))?;
     // A ray that all but hits a star sees the dust of one voxel: paths must have the same.
     let options = Options::within(DEFAULT_LIMIT);
-    barnard::plan::sample_functions(&mut scene, &options)?;
-    Ok(scene)
+    Ok(barnard::plan::sample_functions(&scene, &options)?)
 }
 
 /// A plan, and what it took [s].

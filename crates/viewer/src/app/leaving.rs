@@ -25,7 +25,7 @@ impl App {
         if !ctx.input(|i| i.viewport().close_requested()) || self.session.is_closed() {
             return;
         }
-        if self.export.is_some() || self.document.is_changed() {
+        if self.export.is_some() || self.model.document.is_changed() {
             ctx.send_viewport_cmd(ViewportCommand::CancelClose);
             self.leaving = Some(Leaving::Window);
         } else {
@@ -44,9 +44,9 @@ impl App {
             (Some(_), Some(export)) => {
                 (format!("{} is being saved.", export.path.display()), vec![("Stop it", Answer::Stop), ("Wait", Answer::Cancel)])
             }
-            (Some(_), None) if self.document.is_changed() => {
+            (Some(_), None) if self.model.document.is_changed() => {
                 let answers = vec![("Save", Answer::Save), ("Discard", Answer::Discard), ("Cancel", Answer::Cancel)];
-                (format!("Save the changes of {}?", self.document.origin().name()), answers)
+                (format!("Save the changes of {}?", self.model.document.origin().name()), answers)
             }
             (Some(_), None) => return self.leave(ctx),
         };
@@ -85,7 +85,7 @@ impl App {
             // As it is now: what was saved just before may be this very file.
             Some(Leaving::For(document)) => match Document::of(document.origin(), self.memory_limit) {
                 Ok(document) => self.take(document),
-                Err(error) => self.complain(error),
+                Err(error) => self.model.complain(error),
             },
             None => {}
         }

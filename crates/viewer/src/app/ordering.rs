@@ -44,25 +44,25 @@ impl App {
     pub(super) fn order(&mut self, ctx: &Context) {
         let now = ctx.input(|i| i.time);
         let Some(size) = self.viewport.pixels else { return };
-        let views = match self.comparison.views(&self.document) {
+        let views = match self.model.comparison.views(&self.model.document) {
             Ok(views) => views,
             Err(error) => {
-                self.comparison = Comparison::default();
-                self.complain(error);
+                self.model.comparison = Comparison::default();
+                self.model.complain(error);
                 return;
             }
         };
         let same_views =
             |o: &Ordered| o.views.len() == views.len() && o.views.iter().zip(&views).all(|(a, b)| Arc::ptr_eq(&a.scene, &b.scene));
-        let camera = self.flight.seen(size);
-        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && o.exposure == self.exposure && same_views(o));
+        let camera = self.model.flight.seen(size);
+        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && o.exposure == self.model.exposure && same_views(o));
         if !same {
             self.moved = now;
             if !std::mem::take(&mut self.is_refined) {
                 self.changed = now;
             }
         }
-        let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving() || self.clock.playing);
+        let moving = self.ordered.is_some() && (now - self.moved < REST || self.viewport.is_moving() || self.model.clock.playing);
         if moving {
             // Whatever draws the next frame, one comes when rest is reached.
             ctx.request_repaint_after(Duration::from_secs_f64((REST - (now - self.moved)).clamp(0.01, REST)));
@@ -71,34 +71,34 @@ impl App {
             return;
         }
         // What keys say of the camera they alone change.
-        if !moving && !self.document.moves_camera() && self.flight.camera != self.document.scene().camera {
+        if !moving && !self.model.document.moves_camera() && self.model.flight.camera != self.model.document.scene().camera {
             // What was flown to is written down, and seen as it is written.
-            let edit = self.flight.edit();
+            let edit = self.model.flight.edit();
             if self.flight_is_new() {
-                self.apply(edit);
-                let scene = self.document.scene().clone();
-                self.flight.take(&scene, &scene.camera);
-                self.document.rest();
+                self.model.apply(edit);
+                let scene = self.model.document.scene().clone();
+                self.model.flight.take(&scene, &scene.camera);
+                self.model.document.rest();
                 ctx.request_repaint();
                 return;
             }
         }
-        let difference = self.comparison.with == With::Finer;
+        let difference = self.model.comparison.with == With::Finer;
         let order = Order {
             views: views.clone(),
             camera: camera.clone(),
             moving,
             difference,
-            exposure: self.exposure,
+            exposure: self.model.exposure,
             memory_limit: self.memory_limit,
         };
-        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, exposure: self.exposure, moving });
+        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, exposure: self.model.exposure, moving });
     }
 
     /// True if the view differs from the document's by more than the digits that it is written with.
     fn flight_is_new(&self) -> bool {
-        let (a, b) = (&self.flight.camera, &self.document.scene().camera);
-        let scale = 1e-5 * self.flight.distance();
+        let (a, b) = (&self.model.flight.camera, &self.model.document.scene().camera);
+        let scale = 1e-5 * self.model.flight.distance();
         a.position.distance(b.position) > scale
             || a.forward.distance(b.forward) > 1e-5
             || a.up.distance(b.up) > 1e-5

@@ -12,36 +12,34 @@ use toml_edit::{Item, TableLike};
 use self::first_values::{added, of_kind};
 use self::widgets::KeyWidget;
 pub use self::widgets::{drag, is_changed};
+use crate::command::Commands;
 use crate::document::Document;
 use crate::edit::{Edit, table};
 
-/// The edits that the widgets of one frame ask for.
-pub type Edits = Vec<Edit>;
-
 /// The keys of the table at `place`, those that are there, and a menu of those that could be.
-pub fn keys(ui: &mut Ui, document: &Document, place: &str, edits: &mut Edits) {
-    keys_but(ui, document, place, &[], edits);
+pub fn keys(ui: &mut Ui, document: &Document, place: &str, commands: &mut Commands) {
+    keys_but(ui, document, place, &[], commands);
 }
 
 /// Keys without some that are listed elsewhere.
-pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], edits: &mut Edits) {
+pub fn keys_but(ui: &mut Ui, document: &Document, place: &str, but: &[&str], commands: &mut Commands) {
     let Some(row) = row(place) else { return };
     let empty = toml_edit::Table::new();
     let here = table(document.toml().as_table(), place).unwrap_or(&empty);
     let kind = here.get("kind").and_then(Item::as_str);
     egui::Grid::new(("keys", place)).num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
         if !(row.kinds)().is_empty() {
-            kinds(ui, row, place, here, edits);
+            kinds(ui, row, place, here, commands);
             ui.end_row();
         }
         for key in row.keys_of(kind).filter(|k| here.contains_key(k.name) && !k.value.is_table() && !but.contains(&k.name)) {
             if let Some(item) = here.get(key.name) {
-                widget(ui, place, key, item, edits);
+                widget(ui, place, key, item, commands);
                 ui.end_row();
             }
         }
     });
-    missing(ui, row, place, here, but, edits);
+    missing(ui, row, place, here, but, commands);
 }
 
 /// The row of a place: "star.0" is a "star".
@@ -51,18 +49,18 @@ fn row(place: &str) -> Option<&'static TableRow> {
 }
 
 /// One key, wherever it stands: its name and its widget.
-pub fn key(ui: &mut Ui, document: &Document, place: &str, name: &str, edits: &mut Edits) {
+pub fn key(ui: &mut Ui, document: &Document, place: &str, name: &str, commands: &mut Commands) {
     let Some(row) = row(place) else { return };
     let here = table(document.toml().as_table(), place);
     let kind = here.and_then(|t| t.get("kind")).and_then(Item::as_str);
     let found = row.keys_of(kind).find(|k| k.name == name);
     if let (Some(key), Some(item)) = (found, here.and_then(|t| t.get(name))) {
-        ui.horizontal(|ui| widget(ui, place, key, item, edits));
+        ui.horizontal(|ui| widget(ui, place, key, item, commands));
     }
 }
 
 /// The menu of a table's kind. Another kind takes the keys it needs, and lets go of those it does not know.
-fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, edits: &mut Edits) {
+fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, commands: &mut Commands) {
     let now = here.get("kind").and_then(Item::as_str).unwrap_or("");
     let label = ui.label("kind");
     let kinds = (row.kinds)();
@@ -70,7 +68,7 @@ fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike,
     let response = egui::ComboBox::from_id_salt(("kind", place)).selected_text(now).show_ui(ui, |ui| {
         for kind in &kinds {
             if ui.selectable_label(kind.name == now, kind.name).on_hover_text(kind.summary).clicked() && kind.name != now {
-                edits.push(of_kind(row, place, here, kind.name));
+                commands.push(of_kind(row, place, here, kind.name));
             }
         }
     });
@@ -78,7 +76,7 @@ fn kinds(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike,
 }
 
 /// A menu of keys that the table could have.
-fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, but: &[&str], edits: &mut Edits) {
+fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLike, but: &[&str], commands: &mut Commands) {
     let kind = here.get("kind").and_then(Item::as_str);
     let absent = |k: &&KeyRow| !here.contains_key(k.name) && !k.value.is_table() && !but.contains(&k.name);
     let absent: Vec<&KeyRow> = row.keys_of(kind).filter(absent).collect();
@@ -89,7 +87,7 @@ fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLik
         for key in absent {
             let default = key.default_words().map_or_else(String::new, |d| format!("\nnow: {d}"));
             if ui.button(key.name).on_hover_text(format!("{} ({}){default}", key.summary, key.type_words())).clicked() {
-                edits.push(added(row, place, here, key));
+                commands.push(added(row, place, here, key));
                 ui.close();
             }
         }
@@ -97,14 +95,14 @@ fn missing(ui: &mut Ui, row: &'static TableRow, place: &str, here: &dyn TableLik
 }
 
 /// The name of a key, with all that is known of it; a menu takes it away.
-fn name(ui: &mut Ui, place: &str, key: &KeyRow, edits: &mut Edits) -> Response {
+fn name(ui: &mut Ui, place: &str, key: &KeyRow, commands: &mut Commands) -> Response {
     let default = key.default_words().map_or_else(|| "required".to_owned(), |d| format!("without it: {d}"));
     let label = ui.add(egui::Label::new(key.name).sense(egui::Sense::click()));
     let label = label.on_hover_text(format!("{}\n{} · {default}", key.summary, key.type_words()));
     if !key.is_required() {
         label.context_menu(|ui| {
             if ui.button("Take away").clicked() {
-                edits.push(Edit::remove(place, key.name));
+                commands.push(Edit::remove(place, key.name));
                 ui.close();
             }
         });
@@ -113,9 +111,9 @@ fn name(ui: &mut Ui, place: &str, key: &KeyRow, edits: &mut Edits) -> Response {
 }
 
 /// A key: its name, and the widget of its value.
-fn widget(ui: &mut Ui, place: &str, key: &KeyRow, item: &Item, edits: &mut Edits) {
-    let label = name(ui, place, key, edits);
-    let response = KeyWidget { place, key, edits }.show(ui, item, label.id);
+fn widget(ui: &mut Ui, place: &str, key: &KeyRow, item: &Item, commands: &mut Commands) {
+    let label = name(ui, place, key, commands);
+    let response = KeyWidget { place, key, commands }.show(ui, item, label.id);
     response.labelled_by(label.id);
 }
 

@@ -8,7 +8,7 @@ use eframe::egui::{self, DragValue, Id, Response, Ui};
 use spectra::units::parts;
 use toml_edit::{Item, Value};
 
-use super::Edits;
+use crate::command::Commands;
 use crate::edit::{Edit, rounded, significant};
 
 /// The relative change of a number in one point of a drag.
@@ -34,7 +34,7 @@ pub fn is_changed(response: &Response, before: f64, after: f64) -> bool {
 pub struct KeyWidget<'a> {
     pub place: &'a str,
     pub key: &'a KeyRow,
-    pub edits: &'a mut Edits,
+    pub commands: &'a mut Commands,
 }
 
 impl KeyWidget<'_> {
@@ -72,7 +72,7 @@ impl KeyWidget<'_> {
     }
 
     fn set(&mut self, value: impl Into<Value>) {
-        self.edits.push(Edit::set(self.place, self.key.name, value.into()));
+        self.commands.push(Edit::set(self.place, self.key.name, value.into()));
     }
 
     fn set_if(&mut self, response: Response, value: impl Into<Value>) -> Response {

@@ -3,7 +3,7 @@
 use barnard_files::builtin::{BuiltinScene, SCENES};
 use eframe::egui::{self, ColorImage, Context, Id, TextureHandle, TextureOptions, Ui, vec2};
 
-use crate::app::App;
+use crate::command::{Command, Commands};
 use crate::document::Origin;
 
 /// Scenes side by side, and how large a picture is shown [points].
@@ -11,7 +11,7 @@ const COLUMNS: usize = 4;
 const SIZE: egui::Vec2 = vec2(160.0, 90.0);
 
 /// Shows all built-in scenes; a click opens one.
-pub fn show(ui: &mut Ui, app: &mut App) {
+pub fn show(ui: &mut Ui, commands: &mut Commands) {
     let pictures = pictures(ui.ctx());
     egui::Grid::new("built-in scenes").spacing([10.0, 8.0]).show(ui, |ui| {
         for (i, (scene, picture)) in SCENES.iter().zip(&pictures).enumerate() {
@@ -24,7 +24,7 @@ pub fn show(ui: &mut Ui, app: &mut App) {
                     | ui.button(scene.name).on_hover_text(scene.summary).clicked()
             });
             if clicked.inner {
-                app.open(&Origin::Builtin(scene.name));
+                commands.push(Command::Open(Origin::Builtin(scene.name)));
                 ui.close();
             }
             if i % COLUMNS == COLUMNS - 1 {

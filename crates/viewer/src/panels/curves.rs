@@ -3,8 +3,9 @@
 use barnard::animation::{Timeline, Track};
 use eframe::egui::{self, Color32, Id, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
-use crate::app::App;
+use crate::command::{Command, Commands};
 use crate::edit::rounded;
+use crate::model::Model;
 use crate::tracks::{added, dropped, moved};
 
 /// How high a curve is, and how high all of them are before they scroll [points].
@@ -20,8 +21,8 @@ const APART: f64 = 1e-3;
 const COLOURS: [Color32; 3] = [Color32::from_rgb(240, 120, 110), Color32::from_rgb(120, 210, 120), Color32::from_rgb(120, 170, 255)];
 
 /// Shows the curves of all that changes.
-pub fn show(ui: &mut Ui, app: &mut App) {
-    let scene = app.document.scene().clone();
+pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let scene = model.document.scene().clone();
     let Some(timeline) = &scene.timeline else { return };
     let count = usize::from(timeline.has_path()) + timeline.tracks().count();
     if count == 0 {
@@ -31,10 +32,10 @@ pub fn show(ui: &mut Ui, app: &mut App) {
     let high = (count as f32 * (HEIGHT + ui.spacing().item_spacing.y)).min(MOST);
     egui::ScrollArea::vertical().id_salt("curves").max_height(high).min_scrolled_height(high).show(ui, |ui| {
         if timeline.has_path() {
-            way(ui, app, timeline);
+            way(ui, model, timeline, commands);
         }
-        for (i, (of, track)) in timeline.tracks().enumerate() {
-            curve(ui, app, i, of, track);
+        for (i, (name, track)) in timeline.tracks().enumerate() {
+            curve(ui, model, (i, name, track), commands);
         }
     });
 }
@@ -55,10 +56,10 @@ struct Strip {
 }
 
 impl Strip {
-    fn new(ui: &mut Ui, app: &App, label: &str, numbers: impl Fn(f64) -> Option<Vec<f64>>) -> Self {
+    fn new(ui: &mut Ui, model: &Model, label: &str, numbers: impl Fn(f64) -> Option<Vec<f64>>) -> Self {
         let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, label));
-        let duration = app.reach();
+        let duration = model.reach();
         let count = (rect.width() / STEP).ceil().max(2.0) as usize;
         let times: Vec<f64> = (0..=count).map(|i| duration * i as f64 / count as f64).collect();
         let dims = numbers(0.0).map_or(0, |value| value.len());
@@ -77,7 +78,7 @@ impl Strip {
         }
         let font = egui::FontId::proportional(10.0);
         painter.text(rect.left_top() + vec2(4.0, 2.0), egui::Align2::LEFT_TOP, label, font, visuals.text_color());
-        painter.vline(strip.x(app.clock.time), rect.y_range(), Stroke::new(1.0, visuals.weak_text_color()));
+        painter.vline(strip.x(model.clock.time), rect.y_range(), Stroke::new(1.0, visuals.weak_text_color()));
         strip
     }
 
@@ -126,24 +127,24 @@ fn words(numbers: &[f64], unit: &str) -> String {
 }
 
 /// Path of the camera; its keys are those of the bar.
-fn way(ui: &mut Ui, app: &mut App, timeline: &Timeline) {
+fn way(ui: &mut Ui, model: &Model, timeline: &Timeline, commands: &mut Commands) {
     let numbers = |time| timeline.position(time).map(|p| p.to_array().to_vec());
-    let now = numbers(app.clock.time).map_or_else(String::new, |place| words(&place, "pc"));
-    let strip = Strip::new(ui, app, &format!("camera.position   {now}"), numbers);
-    scrub(app, &strip);
+    let now = numbers(model.clock.time).map_or_else(String::new, |place| words(&place, "pc"));
+    let strip = Strip::new(ui, model, &format!("camera.position   {now}"), numbers);
+    scrub(&strip, commands);
 }
 
 /// Goes to the moment that the pointer is at.
-fn scrub(app: &mut App, strip: &Strip) {
+fn scrub(strip: &Strip, commands: &mut Commands) {
     if let (true, Some(pointer)) = (strip.response.dragged() || strip.response.clicked(), strip.response.interact_pointer_pos()) {
-        app.seek(strip.time(pointer.x));
+        commands.push(Command::Seek(strip.time(pointer.x)));
     }
 }
 
 /// The curve of a track. A key is dragged; a double click adds one, a right click takes one away.
-fn curve(ui: &mut Ui, app: &mut App, track: usize, of: &str, values: &Track) {
-    let now = values.numbers(app.clock.time).map_or_else(|| values.at(app.clock.time).to_string(), |v| words(&v, values.unit()));
-    let strip = Strip::new(ui, app, &format!("{of}   {now}"), |time| values.numbers(time));
+fn curve(ui: &mut Ui, model: &Model, (track, name, values): (usize, &str, &Track), commands: &mut Commands) {
+    let now = values.numbers(model.clock.time).map_or_else(|| values.at(model.clock.time).to_string(), |v| words(&v, values.unit()));
+    let strip = Strip::new(ui, model, &format!("{name}   {now}"), |time| values.numbers(time));
     let times = values.times();
     let middle = strip.rect.center().y;
     let place = |key: usize| {
@@ -164,8 +165,8 @@ fn curve(ui: &mut Ui, app: &mut App, track: usize, of: &str, values: &Track) {
             Track::Numbers(_) => values.numbers(times[key]).filter(|v| v.len() == 1).map(|v| v[0]),
             Track::Said(_) => None,
         };
-        let of = |key| DraggedKey { key, number: number(key), a_point: strip.a_point(), duration: strip.duration };
-        let taken = nearest(began.x).map(of);
+        let dragged = |key| DraggedKey { key, number: number(key), a_point: strip.a_point(), duration: strip.duration };
+        let taken = nearest(began.x).map(dragged);
         ui.data_mut(|data| data.insert_temp(held, taken));
     }
     let taken = ui.data(|data| data.get_temp::<Option<DraggedKey>>(held)).flatten().filter(|held| held.key < times.len());
@@ -183,10 +184,10 @@ fn curve(ui: &mut Ui, app: &mut App, track: usize, of: &str, values: &Track) {
         let number = number.filter(|_| up.abs() >= STIFF).map(|number| number + a_point * f64::from(up));
         Some(moved(track, key, time.clamp(least, most.max(least)), number))
     } else {
-        scrub(app, &strip);
+        scrub(&strip, commands);
         None
     };
     if let Some(edit) = edit {
-        app.apply(edit);
+        commands.push(edit);
     }
 }

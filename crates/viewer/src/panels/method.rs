@@ -3,20 +3,21 @@
 use eframe::egui::{self, Ui};
 
 use super::short;
-use crate::app::App;
+use crate::command::{Command, Commands};
 use crate::comparison::With;
-use crate::editor::{self, Edits};
+use crate::editor;
+use crate::model::Model;
 use crate::order::Refinement;
 
 /// Shows the panel of the method.
-pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
-    editor::keys(ui, &app.document, "method", edits);
-    let mut finer = app.comparison.with == With::Finer;
+pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    editor::keys(ui, &model.document, "method", commands);
+    let mut finer = model.comparison.with == With::Finer;
     if ui.checkbox(&mut finer, "difference × 16").on_hover_text("error of the method against one twenty times finer, amplified").changed()
     {
-        app.comparison.with = if finer { With::Finer } else { With::Nothing };
+        commands.push(Command::Compare(if finer { With::Finer } else { With::Nothing }));
     }
-    let Some(shown) = &app.shown else { return };
+    let Some(shown) = &model.shown else { return };
     let Some(picture) = shown.pictures.first() else { return };
     if shown.quality < Refinement::Settled {
         ui.weak("preview: the error is measured when nothing changes");
@@ -29,7 +30,7 @@ pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
             ui.label(format!("{key}: {words}"));
         }
     }
-    if let (With::Finer, [own, truth]) = (&app.comparison.with, &shown.pictures[..]) {
+    if let (With::Finer, [own, truth]) = (&model.comparison.with, &shown.pictures[..]) {
         for (b, band) in own.image.bands.iter().enumerate() {
             ui.label(format!("{}: differs by {:.1e} (relative rms)", band.name, own.image.relative_rmse(b, &truth.image, b)));
         }

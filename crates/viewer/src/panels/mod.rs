@@ -13,86 +13,49 @@ mod timeline;
 use barnard::scene::Scene;
 use eframe::egui::{self, Color32, Frame, Panel, ScrollArea, Ui};
 
-use crate::app::App;
-use crate::editor::Edits;
+use crate::command::{Command, Commands};
+use crate::document::Origin;
 use crate::files::Purpose;
-use crate::viewport::Guide;
+use crate::layout::Guide;
+use crate::model::Model;
 
 pub use about::help;
-pub use probe::Probed;
-
-/// The panels that are open.
-pub struct Layout {
-    /// Spectra and the scene, on the left.
-    pub scene: bool,
-    /// Picture, method and probe, on the right.
-    pub picture: bool,
-    /// The timeline, below.
-    pub timeline: bool,
-    /// True if the list of keys is open.
-    pub help: bool,
-    /// True if spectra are plotted in logarithms.
-    pub logarithmic: bool,
-}
-
-impl Default for Layout {
-    fn default() -> Self {
-        Self { scene: true, picture: true, timeline: false, help: false, logarithmic: false }
-    }
-}
-
-/// The name under which the layout is stored.
-const KEY: &str = "layout";
-
-impl Layout {
-    /// The layout as it was when the last window closed.
-    pub fn stored(storage: Option<&dyn eframe::Storage>) -> Self {
-        let Some(text) = storage.and_then(|s| s.get_string(KEY)) else { return Self::default() };
-        let on = |name: &str| text.split(' ').any(|word| word == name);
-        Self { scene: on("scene"), picture: on("picture"), timeline: on("timeline"), help: false, logarithmic: on("logarithmic") }
-    }
-
-    /// Writes the layout down for the next time.
-    pub fn save(&self, storage: &mut dyn eframe::Storage) {
-        let open = [("scene", self.scene), ("picture", self.picture), ("timeline", self.timeline), ("logarithmic", self.logarithmic)];
-        storage.set_string(KEY, open.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>().join(" "));
-    }
-}
 
 /// Shows the menus on top.
-pub fn menu(ui: &mut Ui, app: &mut App) {
+pub fn menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Commands) {
+    let mut layout = model.layout.clone();
     Panel::top("menu").frame(unfilled(ui)).show(ui, |ui| {
         egui::MenuBar::new().ui(ui, |ui| {
-            ui.menu_button("File", |ui| file_menu(ui, app));
+            ui.menu_button("File", |ui| file_menu(ui, recent, commands));
             ui.menu_button("Edit", |ui| {
-                if ui.add_enabled(app.document.can_undo(), egui::Button::new("Undo").shortcut_text("Ctrl+Z")).clicked() {
-                    app.step(false);
+                if ui.add_enabled(model.document.can_undo(), egui::Button::new("Undo").shortcut_text("Ctrl+Z")).clicked() {
+                    commands.push(Command::Undo);
                 }
-                if ui.add_enabled(app.document.can_redo(), egui::Button::new("Redo").shortcut_text("Ctrl+Shift+Z")).clicked() {
-                    app.step(true);
+                if ui.add_enabled(model.document.can_redo(), egui::Button::new("Redo").shortcut_text("Ctrl+Shift+Z")).clicked() {
+                    commands.push(Command::Redo);
                 }
             });
             ui.menu_button("View", |ui| {
                 if ui.add(egui::Button::new("Frame all").shortcut_text("Home")).clicked() {
-                    crate::viewport::frame(app);
+                    commands.push(Command::FrameAll);
                 }
-                let bookmarks: Vec<String> = app.document.scene().bookmarks.keys().cloned().collect();
+                let bookmarks: Vec<String> = model.document.scene().bookmarks.keys().cloned().collect();
                 ui.add_enabled_ui(!bookmarks.is_empty(), |ui| {
                     ui.menu_button("Bookmarks", |ui| {
                         for name in &bookmarks {
                             if ui.button(name).clicked() {
-                                app.go_to(name);
+                                commands.push(Command::GoTo(name.clone()));
                             }
                         }
                     });
                 });
-                ui.checkbox(&mut app.viewport.overlay, "Stars and frame (M)");
-                ui.checkbox(&mut app.layout.scene, "Scene panel");
-                ui.checkbox(&mut app.layout.picture, "Picture panel");
-                ui.checkbox(&mut app.layout.timeline, "Timeline (T)");
+                ui.checkbox(&mut layout.overlay, "Stars and frame (M)");
+                ui.checkbox(&mut layout.scene, "Scene panel");
+                ui.checkbox(&mut layout.picture, "Picture panel");
+                ui.checkbox(&mut layout.timeline, "Timeline (T)");
                 ui.menu_button("Frame guide (G)", |ui| {
                     for guide in Guide::ALL {
-                        ui.radio_value(&mut app.viewport.guide, guide, guide.name());
+                        ui.radio_value(&mut layout.guide, guide, guide.name());
                     }
                 });
                 if ui.add(egui::Button::new("Full screen").shortcut_text("F11")).clicked() {
@@ -110,38 +73,41 @@ pub fn menu(ui: &mut Ui, app: &mut App) {
                 });
             });
             if ui.button("Keys").on_hover_text("mouse and keys (F1)").clicked() {
-                app.layout.help = !app.layout.help;
+                layout.help = !layout.help;
             }
-            let mark = if app.document.is_changed() { "*" } else { "" };
+            let mark = if model.document.is_changed() { "*" } else { "" };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.label(format!("{}{mark}", app.document.origin().name())).on_hover_text(&app.document.scene().description);
+                ui.label(format!("{}{mark}", model.document.origin().name())).on_hover_text(&model.document.scene().description);
             });
         });
     });
+    if layout != model.layout {
+        commands.push(Command::Layout(layout));
+    }
 }
 
-fn file_menu(ui: &mut Ui, app: &mut App) {
+fn file_menu(ui: &mut Ui, recent: &[Origin], commands: &mut Commands) {
     let button = |ui: &mut Ui, text: &str, keys: &str| ui.add(egui::Button::new(text).shortcut_text(keys)).clicked();
     if button(ui, "Open …", "Ctrl+O") {
-        app.files.ask(Purpose::Open, &app.document);
+        commands.push(Command::Ask(Purpose::Open));
     }
     ui.menu_button("Open recent", |ui| {
-        for origin in app.session.recent.clone() {
+        for origin in recent {
             if ui.button(origin.name()).clicked() {
-                app.open(&origin);
+                commands.push(Command::Open(origin.clone()));
             }
         }
     });
-    ui.menu_button("Built-in scenes", |ui| builtins::show(ui, app));
+    ui.menu_button("Built-in scenes", |ui| builtins::show(ui, commands));
     ui.separator();
     if button(ui, "Save", "Ctrl+S") {
-        app.save();
+        commands.push(Command::Save);
     }
     if button(ui, "Save as …", "Ctrl+Shift+S") {
-        app.files.ask(Purpose::SaveScene, &app.document);
+        commands.push(Command::Ask(Purpose::SaveScene));
     }
     if button(ui, "Save picture …", "Ctrl+E") {
-        app.files.ask(Purpose::SavePicture, &app.document);
+        commands.push(Command::Ask(Purpose::SavePicture));
     }
     ui.separator();
     if button(ui, "Quit", "Ctrl+Q") {
@@ -153,36 +119,25 @@ fn file_menu(ui: &mut Ui, app: &mut App) {
 const THEMES: [(egui::ThemePreference, &str); 3] =
     [(egui::ThemePreference::System, "system"), (egui::ThemePreference::Dark, "dark"), (egui::ThemePreference::Light, "light")];
 
-/// The time for which a message stays that is no error [s].
-const NOTICE_SECONDS: f64 = 8.0;
-
 /// Shows one line below: a message, for a while where it is no error, or how the picture came about.
-pub fn status(ui: &mut Ui, app: &mut App) {
-    let now = ui.input(|i| i.time);
-    if let Some(notice) = app.notice.as_mut().filter(|notice| !notice.error) {
-        let left = notice.since.get_or_insert(now).to_owned() + NOTICE_SECONDS - now;
-        match left > 0.0 {
-            true => ui.ctx().request_repaint_after_secs(left as f32),
-            false => app.notice = None,
-        }
-    }
+pub fn status(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     Panel::bottom("status").frame(unfilled(ui)).show(ui, |ui| {
-        ui.horizontal_wrapped(|ui| match &app.notice {
+        ui.horizontal_wrapped(|ui| match &model.notice {
             Some(notice) => {
                 let colour = if notice.error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
                 let close = ui.small_button("×").on_hover_text("close the message");
                 ui.colored_label(colour, &notice.words);
                 if close.clicked() {
-                    app.notice = None;
+                    commands.push(Command::CloseMessage);
                 }
             }
             None => {
-                let words = app.shown.as_ref().and_then(|s| s.pictures.first()).map_or_else(String::new, |p| {
+                let words = model.shown.as_ref().and_then(|s| s.pictures.first()).map_or_else(String::new, |p| {
                     let (w, h) = (p.image.width, p.image.height);
                     format!("{w} × {h} · {:.0} ms · {} · {}", 1e3 * p.times.all(), p.plan.spectral().method, p.backend)
                 });
                 ui.label(words);
-                if let Some(words) = app.refining() {
+                if let Some(words) = model.refining() {
                     ui.label(format!("· {words}"));
                 }
             }
@@ -191,30 +146,30 @@ pub fn status(ui: &mut Ui, app: &mut App) {
 }
 
 /// Shows the timeline, where it is open.
-pub fn bottom(ui: &mut Ui, app: &mut App) {
-    if app.layout.timeline {
-        Panel::bottom("timeline").frame(unfilled(ui)).show(ui, |ui| timeline::show(ui, app));
+pub fn bottom(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    if model.layout.timeline {
+        Panel::bottom("timeline").frame(unfilled(ui)).show(ui, |ui| timeline::show(ui, model, commands));
     }
 }
 
 /// Spectra, and the tables of the scene.
-pub fn left(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
-    if app.layout.scene {
+pub fn left(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    if model.layout.scene {
         Panel::left("scene").default_size(330.0).frame(unfilled(ui)).show(ui, |ui| {
-            ScrollArea::both().auto_shrink(false).show(ui, |ui| spectra::show(ui, app, edits));
+            ScrollArea::both().auto_shrink(false).show(ui, |ui| spectra::show(ui, model, commands));
         });
     }
 }
 
 /// Shows the panels at the right: picture, method, probe.
-pub fn right(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
-    if app.layout.picture {
+pub fn right(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    if model.layout.picture {
         Panel::right("picture").default_size(330.0).frame(unfilled(ui)).show(ui, |ui| {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| {
-                section(ui, "Picture", true, |ui| picture::show(ui, app, edits));
-                section(ui, "Instrument", false, |ui| instrument::show(ui, app, edits));
-                section(ui, "Method", true, |ui| method::show(ui, app, edits));
-                section(ui, "Probe", true, |ui| probe::show(ui, app));
+                section(ui, "Picture", true, |ui| picture::show(ui, model, commands));
+                section(ui, "Instrument", false, |ui| instrument::show(ui, model, commands));
+                section(ui, "Method", true, |ui| method::show(ui, model, commands));
+                section(ui, "Probe", true, |ui| probe::show(ui, model, commands));
             });
         });
     }

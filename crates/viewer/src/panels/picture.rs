@@ -4,37 +4,38 @@ use eframe::egui::{self, Color32, Ui};
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 
 use super::{band_colour, short};
-use crate::app::App;
+use crate::command::{Command, Commands};
 use crate::comparison::{Arrangement, With};
 use crate::edit::{Edit, numbers, significant};
-use crate::editor::{self, Edits};
+use crate::editor;
+use crate::model::Model;
 
 /// Palettes that have a button of their own.
 const BUTTONS: [(&str, &str); 3] = [("Natural", "natural"), ("SHO", "sho"), ("HOO", "hoo")];
 
 /// Shows the panel of the picture.
-pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
-    palettes(ui, app, edits);
-    editor::keys_but(ui, &app.document, "display", &["matrix"], edits);
-    matrix(ui, app, edits);
+pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    palettes(ui, model, commands);
+    editor::keys_but(ui, &model.document, "display", &["matrix"], commands);
+    matrix(ui, model, commands);
     ui.horizontal(|ui| {
         ui.label("exposure");
         if ui.button("−").on_hover_text("half a stop darker (-)").clicked() {
-            app.expose(-0.5);
+            commands.push(Command::Expose(-0.5));
         }
         if ui.button("+").on_hover_text("half a stop brighter (+)").clicked() {
-            app.expose(0.5);
+            commands.push(Command::Expose(0.5));
         }
         if ui.button("Auto").on_hover_text("set black and white from this picture and keep them (0)").clicked() {
-            app.expose_automatically();
+            commands.push(Command::ExposeAutomatically);
         }
     });
-    histogram(ui, app, edits);
-    comparison(ui, app);
+    histogram(ui, model, commands);
+    comparison(ui, model, commands);
 }
 
-fn palettes(ui: &mut Ui, app: &App, edits: &mut Edits) {
-    let bands = &app.document.scene().bands;
+fn palettes(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let bands = &model.document.scene().bands;
     ui.horizontal(|ui| {
         for (title, name) in BUTTONS {
             let palette = spectra::colour::Palette::by_name(name, bands);
@@ -44,20 +45,20 @@ fn palettes(ui: &mut Ui, app: &App, edits: &mut Edits) {
             };
             let button = ui.add_enabled(palette.is_ok(), egui::Button::new(title));
             if button.on_hover_text(&words).on_disabled_hover_text(&words).clicked() {
-                edits.push(Edit::remove("display", "matrix").and(Edit::set("display", "palette", name)).with_name("palette"));
+                commands.push(Edit::remove("display", "matrix").and(Edit::set("display", "palette", name)).with_name("palette"));
             }
         }
         if ui.button("Matrix").on_hover_text("custom palette: red, green and blue of each band").clicked() {
-            let columns = app.document.scene().display.palette.columns.iter().flatten().copied();
-            edits.push(Edit::set("display", "matrix", numbers(columns)).and(Edit::remove("display", "palette")).with_name("palette"));
+            let columns = model.document.scene().display.palette.columns.iter().flatten().copied();
+            commands.push(Edit::set("display", "matrix", numbers(columns)).and(Edit::remove("display", "palette")).with_name("palette"));
         }
     });
 }
 
 /// Red, green and blue of each band, where the palette is one's own.
-fn matrix(ui: &mut Ui, app: &App, edits: &mut Edits) {
-    let scene = app.document.scene();
-    if crate::edit::table(app.document.toml().as_table(), "display").is_none_or(|t| !t.contains_key("matrix")) {
+fn matrix(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let scene = model.document.scene();
+    if crate::edit::table(model.document.toml().as_table(), "display").is_none_or(|t| !t.contains_key("matrix")) {
         return;
     }
     let mut columns = scene.display.palette.columns.clone();
@@ -75,14 +76,14 @@ fn matrix(ui: &mut Ui, app: &App, edits: &mut Edits) {
         }
     });
     if changed {
-        edits.push(Edit::set("display", "matrix", numbers(columns.into_iter().flatten())));
+        commands.push(Edit::set("display", "matrix", numbers(columns.into_iter().flatten())));
     }
 }
 
 /// Pixels of each band by radiance; black and white are dragged.
-fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
-    let Some(picture) = app.shown.as_ref().and_then(|s| s.pictures.first()) else { return };
-    let balanced = app.document.scene().display.balance;
+fn histogram(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let Some(picture) = model.shown.as_ref().and_then(|s| s.pictures.first()) else { return };
+    let balanced = model.document.scene().display.balance;
     let (black, white) = (picture.tone.black, picture.tone.white);
     let plot = Plot::new("histogram")
         .height(110.0)
@@ -122,18 +123,18 @@ fn histogram(ui: &mut Ui, app: &App, edits: &mut Edits) {
     } else {
         Edit::set("display", "white", level.max(significant(1.01 * black)))
     };
-    edits.push(edit.with_name(if as_black { "black dragged" } else { "white dragged" }));
+    commands.push(edit.with_name(if as_black { "black dragged" } else { "white dragged" }));
 }
 
 /// Shows what the picture is compared with.
-fn comparison(ui: &mut Ui, app: &mut App) {
-    let now = match &app.comparison.with {
+fn comparison(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let now = match &model.comparison.with {
         With::Nothing => "nothing".to_owned(),
         With::Recorded => "as observed".to_owned(),
         With::Filters(set) => set.clone(),
         With::Finer => "a finer method".to_owned(),
     };
-    let mut chosen = app.comparison.with.clone();
+    let mut chosen = model.comparison.with.clone();
     ui.horizontal(|ui| {
         let label = ui.label("compare with");
         let combo = egui::ComboBox::from_id_salt("compare").selected_text(&now).width(150.0).show_ui(ui, |ui| {
@@ -146,11 +147,16 @@ fn comparison(ui: &mut Ui, app: &mut App) {
         });
         combo.response.labelled_by(label.id);
     });
-    app.comparison.with = chosen;
-    if app.comparison.is_of_pictures() {
+    if chosen != model.comparison.with {
+        commands.push(Command::Compare(chosen));
+    }
+    if model.comparison.is_of_pictures() {
         ui.horizontal(|ui| {
-            ui.radio_value(&mut app.comparison.arrangement, Arrangement::Wipe, "wipe");
-            ui.radio_value(&mut app.comparison.arrangement, Arrangement::SideBySide, "side by side");
+            for (arrangement, name) in [(Arrangement::Wipe, "wipe"), (Arrangement::SideBySide, "side by side")] {
+                if ui.radio(model.comparison.arrangement == arrangement, name).clicked() {
+                    commands.push(Command::Arrange(arrangement));
+                }
+            }
         });
     }
 }

@@ -1,20 +1,15 @@
 //! Probe of the pixel under the pointer: radiances in the units of the field, depth, and the whole spectrum.
 
-use std::sync::Arc;
-
-use barnard::image::Image;
-use barnard::plan::Probe;
 use eframe::egui::{self, Ui};
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};
 
 use super::{band_colour, short, wavelength_colour};
-use crate::app::App;
-use crate::picture::Picture;
+use crate::command::{Command, Commands};
+use crate::model::Model;
+use crate::probe::Probed;
 
-/// The number of wavelengths of the spectrum.
-const SAMPLES: usize = 120;
 /// Steradians of a square arcsecond.
 const SQUARE_ARCSECOND: f64 = (std::f64::consts::PI / 648_000.0) * (std::f64::consts::PI / 648_000.0);
 
@@ -30,18 +25,10 @@ fn magnitude(band: &Passband, radiance: f64, system: MagnitudeSystem) -> Option<
     (radiance > 0.0).then(|| -2.5 * (radiance * SQUARE_ARCSECOND / zero).log10())
 }
 
-/// The spectrum at a pixel of a picture, kept until the pointer or the picture moves.
-pub struct Probed {
-    image: Arc<Image>,
-    pixel: (usize, usize),
-    wavelengths_um: Vec<f64>,
-    found: Result<Probe, String>,
-}
-
 /// Shows the panel of the probe.
-pub fn show(ui: &mut Ui, app: &mut App) {
-    let picture = app.shown.as_ref().and_then(|s| s.pictures.first());
-    let (Some(picture), Some((x, y))) = (picture, app.viewport.pointer) else {
+pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let picture = model.shown.as_ref().and_then(|s| s.pictures.first());
+    let (Some(picture), Some((x, y))) = (picture, model.pointer) else {
         ui.weak("hover over the picture");
         return;
     };
@@ -68,20 +55,14 @@ pub fn show(ui: &mut Ui, app: &mut App) {
         }
     });
     ui.weak("Vega and AB in mag/arcsec²; MJy/sr at the pivot");
-    let known = |p: &Probed| Arc::ptr_eq(&p.image, image) && p.pixel == (column, row);
-    let probed = app.probed.take().filter(known).unwrap_or_else(|| probe(picture, (column, row)));
-    spectrum(ui, &probed);
-    app.probed = Some(probed);
-}
-
-/// The spectrum that reaches the eye there, without that of stars.
-fn probe(picture: &Picture, pixel: (usize, usize)) -> Probed {
-    let ends = picture.scene.bands.iter().map(Passband::support_um).fold((f64::MAX, 0.0f64), |(l, h), (a, b)| (l.min(a), h.max(b)));
-    let wavelengths_um: Vec<f64> = (0..SAMPLES).map(|i| ends.0 + (ends.1 - ends.0) * i as f64 / (SAMPLES - 1) as f64).collect();
-    let (column, row) = pixel;
-    let ray = picture.plan.camera().ray(column as f64 + 0.5, row as f64 + 0.5);
-    let found = picture.plan.probe(&picture.scene, &ray, &wavelengths_um).map_err(|e| e.to_string());
-    Probed { image: picture.image.clone(), pixel, wavelengths_um, found }
+    match model.probed.as_ref().filter(|probed| probed.is_of(image, (column, row))) {
+        Some(probed) => spectrum(ui, probed),
+        None => {
+            let probed = Probed::new(picture, (column, row));
+            spectrum(ui, &probed);
+            commands.push(Command::Keep(probed));
+        }
+    }
 }
 
 fn spectrum(ui: &mut Ui, probed: &Probed) {

@@ -8,9 +8,11 @@ use spectra::passband::Passband;
 use toml_edit::{ArrayOfTables, Item, Table, Value};
 
 use super::{band_colour, section, wavelength_colour};
-use crate::app::App;
+use crate::command::{Command, Commands};
 use crate::edit::{self, Edit, count, numbers, place_text, table};
-use crate::editor::{self, Edits};
+use crate::editor;
+use crate::layout::Layout;
+use crate::model::Model;
 
 /// Points of a curve in the plot.
 const SAMPLES: usize = 240;
@@ -24,65 +26,70 @@ const GRIP: f32 = 12.0;
 const MAX_STARS: usize = 6;
 
 /// Shows the panel of spectra.
-pub fn show(ui: &mut Ui, app: &mut App, edits: &mut Edits) {
+pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     section(ui, "Spectra", true, |ui| {
-        ui.checkbox(&mut app.layout.logarithmic, "logarithmic");
-        plot(ui, app, edits);
+        let mut logarithmic = model.layout.logarithmic;
+        if ui.checkbox(&mut logarithmic, "logarithmic").changed() {
+            commands.push(Command::Layout(Layout { logarithmic, ..model.layout.clone() }));
+        }
+        plot(ui, model, commands);
     });
-    section(ui, "Filters", true, |ui| filters(ui, app, edits));
-    section(ui, "Stars", true, |ui| list(ui, app, "star", edits));
-    for i in 0..count(app.document.toml().as_table(), "star_table") {
-        section(ui, &format!("Table of stars {}", i + 1), true, |ui| editor::keys(ui, &app.document, &format!("star_table.{i}"), edits));
+    section(ui, "Filters", true, |ui| filters(ui, model, commands));
+    section(ui, "Stars", true, |ui| list(ui, model, "star", commands));
+    for i in 0..count(model.document.toml().as_table(), "star_table") {
+        section(ui, &format!("Table of stars {}", i + 1), true, |ui| {
+            editor::keys(ui, &model.document, &format!("star_table.{i}"), commands)
+        });
     }
-    if app.document.scene().dust.is_some() {
+    if model.document.scene().dust.is_some() {
         section(ui, "Dust", true, |ui| {
-            editor::keys(ui, &app.document, "dust", edits);
+            editor::keys(ui, &model.document, "dust", commands);
             for part in ["dust.phase", "dust.albedo"] {
-                if table(app.document.toml().as_table(), part).is_some() {
-                    section(ui, part, true, |ui| editor::keys(ui, &app.document, part, edits));
+                if table(model.document.toml().as_table(), part).is_some() {
+                    section(ui, part, true, |ui| editor::keys(ui, &model.document, part, commands));
                 }
             }
         });
     }
-    if app.document.toml().get("gas").is_some() {
+    if model.document.toml().get("gas").is_some() {
         section(ui, "Gas ionised by stars", true, |ui| {
-            editor::keys(ui, &app.document, "gas", edits);
-            for told in app.document.scene().gas.iter().flat_map(|gas| gas.told()) {
+            editor::keys(ui, &model.document, "gas", commands);
+            for told in model.document.scene().ionised().iter().flat_map(|gas| gas.told()) {
                 ui.weak(told);
             }
         });
     }
-    if count(app.document.toml().as_table(), "emission") > 0 {
-        section(ui, "Gas", true, |ui| list(ui, app, "emission", edits));
+    if count(model.document.toml().as_table(), "emission") > 0 {
+        section(ui, "Gas", true, |ui| list(ui, model, "emission", commands));
     }
     section(ui, "Background", false, |ui| {
-        editor::keys(ui, &app.document, "background", edits);
-        if table(app.document.toml().as_table(), "background.stars").is_some() {
-            section(ui, "Star field", true, |ui| editor::keys(ui, &app.document, "background.stars", edits));
+        editor::keys(ui, &model.document, "background", commands);
+        if table(model.document.toml().as_table(), "background.stars").is_some() {
+            section(ui, "Star field", true, |ui| editor::keys(ui, &model.document, "background.stars", commands));
         }
     });
     section(ui, "Fields", false, |ui| {
-        let names: Vec<String> = app
+        let names: Vec<String> = model
             .document
             .toml()
             .get("field")
             .and_then(Item::as_table_like)
             .map_or_else(Vec::new, |fields| fields.iter().map(|(name, _)| name.to_owned()).collect());
         for name in names {
-            section(ui, &name, false, |ui| editor::keys(ui, &app.document, &format!("field.{name}"), edits));
+            section(ui, &name, false, |ui| editor::keys(ui, &model.document, &format!("field.{name}"), commands));
         }
     });
-    section(ui, "Camera", false, |ui| editor::keys(ui, &app.document, "camera", edits));
+    section(ui, "Camera", false, |ui| editor::keys(ui, &model.document, "camera", commands));
 }
 
 /// The tables of a list, each with its keys.
-fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
+fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
     let titles: Vec<String> = match name {
-        "star" => app.document.stars().iter().map(|s| s.name.clone()).collect(),
+        "star" => model.document.stars().iter().map(|s| s.name.clone()).collect(),
         // Those that stars make of [gas] come behind, and have no table of their own.
         _ => {
-            let own = count(app.document.toml().as_table(), name);
-            app.document.scene().emission.iter().take(own).map(|e| e.name.clone()).collect()
+            let own = count(model.document.toml().as_table(), name);
+            model.document.scene().species().iter().take(own).map(|e| e.name.clone()).collect()
         }
     };
     // Whoever adds one sees its keys.
@@ -93,12 +100,12 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
             true
         });
         let header = egui::CollapsingHeader::new(title).id_salt((name, i)).default_open(i == 0).open(open).show(ui, |ui| {
-            editor::keys(ui, &app.document, &format!("{name}.{i}"), edits);
+            editor::keys(ui, &model.document, &format!("{name}.{i}"), commands);
             if name == "emission" {
-                lines(ui, app, i, edits);
+                lines(ui, model, i, commands);
             }
             if ui.button("Remove").on_hover_text(format!("remove {title} from the scene")).clicked() {
-                edits.push(Edit::drop(name, i));
+                commands.push(Edit::drop(name, i));
             }
         });
         if open.is_some() {
@@ -107,7 +114,7 @@ fn list(ui: &mut Ui, app: &App, name: &str, edits: &mut Edits) {
     }
     let hover = "add a star of 15000 K, as luminous as the brightest, in front of the cloud's centre";
     if name == "star" && ui.button("Add a star").on_hover_text(hover).clicked() {
-        edits.push(Edit::push("star", star(app)));
+        commands.push(Edit::push("star", star(model)));
         ui.data_mut(|data| data.insert_temp(added(name), titles.len()));
     }
 }
@@ -134,13 +141,13 @@ fn luminosity_lsun(star: &barnard::scene::Star) -> f64 {
 }
 
 /// A star that is seen and lights the cloud.
-fn star(app: &App) -> Table {
-    let (scene, flight) = (app.document.scene(), &app.flight);
-    let bounds = scene.dust.as_ref().map(|dust| dust.density.bounds()).or_else(|| scene.emission.first().map(|gas| gas.density.bounds()));
+fn star(model: &Model) -> Table {
+    let (scene, flight) = (model.document.scene(), &model.flight);
+    let bounds = scene.dust.as_ref().map(|dust| dust.density.bounds()).or_else(|| scene.species().first().map(|gas| gas.density.bounds()));
     let radius = bounds.map_or(0.0, |bounds| 0.5 * bounds.size().min_element());
     let before = (BEFORE * radius).min(0.5 * flight.distance());
     let place = flight.pivot - before * flight.camera.forward;
-    let brightest = app.document.stars().iter().map(luminosity_lsun).fold(0.0, f64::max);
+    let brightest = model.document.stars().iter().map(luminosity_lsun).fold(0.0, f64::max);
     let luminosity = format!("{} Lsun", edit::significant(if brightest > 0.0 { brightest } else { FIRST_LSUN }));
     let mut star = Table::new();
     for (key, value) in [
@@ -155,9 +162,9 @@ fn star(app: &App) -> Table {
 }
 
 /// The strengths of a gas's own lines.
-fn lines(ui: &mut Ui, app: &App, i: usize, edits: &mut Edits) {
+fn lines(ui: &mut Ui, model: &Model, i: usize, commands: &mut Commands) {
     let place = format!("emission.{i}");
-    let Some(item) = table(app.document.toml().as_table(), &place).and_then(|t| t.get("lines")) else { return };
+    let Some(item) = table(model.document.toml().as_table(), &place).and_then(|t| t.get("lines")) else { return };
     let Some(lines) = item.as_array() else { return };
     egui::Grid::new((&place, "lines")).num_columns(2).show(ui, |ui| {
         for (n, line) in lines.iter().enumerate().filter_map(|(n, v)| Some((n, v.as_inline_table()?))) {
@@ -167,7 +174,7 @@ fn lines(ui: &mut Ui, app: &App, i: usize, edits: &mut Edits) {
             let mut strength = now;
             let drag = ui.add(editor::drag(&mut strength, (0.01 * now).max(1e-6)).range(0.0..=f64::MAX)).labelled_by(label.id);
             if editor::is_changed(&drag, now, strength) {
-                edits.push(Edit::set(&format!("{place}.lines.{n}"), "strength", edit::significant(strength)));
+                commands.push(Edit::set(&format!("{place}.lines.{n}"), "strength", edit::significant(strength)));
             }
             drag.on_hover_text("strength, integrated over the line");
             ui.end_row();
@@ -176,18 +183,18 @@ fn lines(ui: &mut Ui, app: &App, i: usize, edits: &mut Edits) {
 }
 
 /// Sets of filters, and filters whose curves are dragged.
-fn filters(ui: &mut Ui, app: &App, edits: &mut Edits) {
-    let now = app.document.toml().get("bands").and_then(Item::as_str).unwrap_or("own").to_owned();
+fn filters(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let now = model.document.toml().get("bands").and_then(Item::as_str).unwrap_or("own").to_owned();
     let label = ui.label("set").on_hover_text("a set of passbands with its default colours");
     let chosen = egui::ComboBox::from_id_salt("bands").selected_text(&now).width(180.0).show_ui(ui, |ui| {
         for set in spectra::passband::SETS {
             if ui.selectable_label(set.name == now, set.name).on_hover_text(set.summary).clicked() && set.name != now {
-                edits.push(crate::comparison::filters(set.name));
+                commands.push(crate::comparison::filters(set.name));
             }
         }
     });
     chosen.response.labelled_by(label.id);
-    for (b, band) in app.document.scene().bands.iter().enumerate() {
+    for (b, band) in model.document.scene().bands.iter().enumerate() {
         let words = format!(
             "{}: pivot {:.1} nm, width {:.1} nm, counts {}",
             band.name(),
@@ -195,14 +202,14 @@ fn filters(ui: &mut Ui, app: &App, edits: &mut Edits) {
             band.width().nm(),
             band.counting().name()
         );
-        ui.colored_label(band_colour(app.document.scene(), b), words);
+        ui.colored_label(band_colour(model.document.scene(), b), words);
     }
-    for i in 0..count(app.document.toml().as_table(), "band") {
-        section(ui, &format!("band {}", i + 1), false, |ui| editor::keys(ui, &app.document, &format!("band.{i}"), edits));
+    for i in 0..count(model.document.toml().as_table(), "band") {
+        section(ui, &format!("band {}", i + 1), false, |ui| editor::keys(ui, &model.document, &format!("band.{i}"), commands));
     }
-    let own = count(app.document.toml().as_table(), "band") > 0;
+    let own = count(model.document.toml().as_table(), "band") > 0;
     if !own && ui.button("Curves to drag").on_hover_text("write each filter as points, to drag in the plot").clicked() {
-        edits.push(as_points(&app.document.scene().bands));
+        commands.push(as_points(&model.document.scene().bands));
     }
 }
 
@@ -245,11 +252,11 @@ fn curve(range: (f64, f64), logarithmic: bool, f: impl Fn(f64) -> f64) -> Vec<[f
     if largest > 0.0 { values.iter().map(|[nm, v]| [*nm, shown(*v)]).collect() } else { Vec::new() }
 }
 
-fn plot(ui: &mut Ui, app: &App, edits: &mut Edits) {
-    let scene = app.document.scene();
-    let (range, logarithmic) = (range(scene), app.layout.logarithmic);
+fn plot(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let scene = model.document.scene();
+    let (range, logarithmic) = (range(scene), model.layout.logarithmic);
     let held = ui.data(|d| d.get_temp::<(usize, usize)>(egui::Id::unique("curve point")));
-    let points = draggable(app, logarithmic);
+    let points = draggable(model, logarithmic);
     let strong = ui.visuals().strong_text_color();
     let plot = Plot::new("spectra")
         .height(190.0)
@@ -273,7 +280,7 @@ fn plot(ui: &mut Ui, app: &App, edits: &mut Edits) {
             let line = curve(range, logarithmic, |l| star.spectrum.continuum(l));
             plot.line(Line::new(&star.name, PlotPoints::from(line)).width(1.5).color(strong));
         }
-        for gas in &scene.emission {
+        for gas in scene.species() {
             let line = curve(range, logarithmic, |l| gas.spectrum.continuum(l));
             if !line.is_empty() {
                 plot.line(Line::new(&gas.name, PlotPoints::from(line)).style(LineStyle::dotted_loose()));
@@ -293,12 +300,12 @@ fn plot(ui: &mut Ui, app: &App, edits: &mut Edits) {
         }
         plot.pointer_coordinate()
     });
-    drag(ui, app, &shown, &points, held, logarithmic, edits);
+    drag(ui, model, &shown, &points, held, logarithmic, commands);
 }
 
 /// Points of the scene's own curves, as the plot shows them: which band, and where.
-fn draggable(app: &App, logarithmic: bool) -> Vec<(usize, Vec<[f64; 2]>)> {
-    let root = app.document.toml().as_table();
+fn draggable(model: &Model, logarithmic: bool) -> Vec<(usize, Vec<[f64; 2]>)> {
+    let root = model.document.toml().as_table();
     let shown = |v: f64, largest: f64| if logarithmic { (v / largest).max(FLOOR).log10() } else { v / largest };
     let of = |i: usize| {
         let band = table(root, &format!("band.{i}"))?;
@@ -313,12 +320,12 @@ fn draggable(app: &App, logarithmic: bool) -> Vec<(usize, Vec<[f64; 2]>)> {
 /// Takes hold of a point, and carries it.
 fn drag(
     ui: &Ui,
-    app: &App,
+    model: &Model,
     shown: &egui_plot::PlotResponse<Option<egui_plot::PlotPoint>>,
     points: &[(usize, Vec<[f64; 2]>)],
     held: Option<(usize, usize)>,
     logarithmic: bool,
-    edits: &mut Edits,
+    commands: &mut Commands,
 ) {
     let id = egui::Id::unique("curve point");
     let Some(pointer) = shown.response.interact_pointer_pos() else {
@@ -336,7 +343,7 @@ fn drag(
     }
     let (Some((band, i)), Some(at), true) = (held, shown.inner, shown.response.dragged()) else { return };
     let place = format!("band.{band}");
-    let Some(own) = table(app.document.toml().as_table(), &place) else { return };
+    let Some(own) = table(model.document.toml().as_table(), &place) else { return };
     let (Some(mut nm), Some(mut throughput)) = (edit::list(own, "nm"), edit::list(own, "throughput")) else { return };
     let largest = throughput.iter().copied().fold(1e-9, f64::max);
     // Points keep their order: each stays between its neighbours.
@@ -344,7 +351,7 @@ fn drag(
     let high = nm.get(i + 1).map_or(f64::MAX, |n| n - 0.01);
     nm[i] = at.x.clamp(low, high.max(low));
     throughput[i] = (if logarithmic { 10f64.powf(at.y) } else { at.y } * largest).clamp(0.0, 1.0);
-    edits.push(
+    commands.push(
         Edit::set(&place, "nm", numbers(nm))
             .and(Edit::set(&place, "throughput", numbers(throughput)))
             .with_name(format!("{place} dragged")),

@@ -3,73 +3,76 @@
 use eframe::egui::{self, Sense, Stroke, Ui, pos2, vec2};
 
 use super::curves::{self, GRIP, diamond};
-use crate::app::App;
+use crate::command::{Command, Commands};
 use crate::edit::rounded;
+use crate::model::Model;
 use crate::tracks::{begun, possible};
 
 /// How high the bar is [points].
 const HEIGHT: f32 = 26.0;
 
 /// Shows the timeline.
-pub fn show(ui: &mut Ui, app: &mut App) {
+pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     ui.horizontal(|ui| {
-        let playing = app.clock.playing;
+        let playing = model.clock.playing;
         if ui.button(if playing { "Pause" } else { "Play" }).on_hover_text("space bar").clicked() {
-            app.play();
+            commands.push(Command::Play);
         }
-        let mut time = app.clock.time;
+        let mut time = model.clock.time;
         let label = ui.label("moment");
-        let range = 0.0..=app.reach();
+        let range = 0.0..=model.reach();
         let drag = egui::DragValue::new(&mut time).range(range).speed(0.02).suffix(" s").max_decimals(3).update_while_editing(false);
         if ui.add(drag).labelled_by(label.id).changed() {
-            app.seek(time);
+            commands.push(Command::Seek(time));
         }
-        let of = match app.duration().zip(app.frame_shown()) {
+        let of = match model.duration().zip(model.frame_shown()) {
             Some((duration, frame)) => format!("of {} s · frame {frame}", rounded(duration, 4)),
             None => "nothing changes yet".into(),
         };
         ui.label(of);
         ui.separator();
         if ui.button("Set key").on_hover_text("set a camera key from the view at this time (K)").clicked() {
-            app.set_key();
+            commands.push(Command::SetKey);
         }
-        let keys = app.keyframes();
+        let keys = model.keyframes();
         if ui.add_enabled(!keys.is_empty(), egui::Button::new("Take key away")).on_hover_text("the nearest key").clicked() {
-            app.drop_key();
+            commands.push(Command::DropKey);
         }
-        let bookmarks = app.document.scene().bookmarks.len();
+        let bookmarks = model.document.scene().bookmarks.len();
         let button = ui.add_enabled(bookmarks > 1, egui::Button::new("Keys of bookmarks"));
         if button.on_hover_text("make a path along all bookmarks, three seconds each").clicked() {
-            app.of_bookmarks();
+            commands.push(Command::KeysOfBookmarks);
         }
-        ui.menu_button("Animate", |ui| of_any(ui, app)).response.on_hover_text("animate a key of the scene from its current value");
+        ui.menu_button("Animate", |ui| of_any(ui, model, commands))
+            .response
+            .on_hover_text("animate a key of the scene from its current value");
     });
-    bar(ui, app);
-    curves::show(ui, app);
+    bar(ui, model, commands);
+    curves::show(ui, model, commands);
 }
 
 /// The keys of the scene that could change and do not yet.
-fn of_any(ui: &mut Ui, app: &mut App) {
-    let scene = app.document.scene().clone();
+fn of_any(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let scene = model.document.scene().clone();
     let known: Vec<&str> = scene.timeline.iter().flat_map(|timeline| timeline.tracks().map(|(of, _)| of)).collect();
-    let free = possible(app.document.toml().as_table()).into_iter().filter(|(of, _)| !known.contains(&of.as_str()));
+    let free = possible(model.document.toml().as_table()).into_iter().filter(|(of, _)| !known.contains(&of.as_str()));
     egui::ScrollArea::vertical().max_height(400.0).show(ui, |ui| {
         for (of, value) in free {
             if ui.button(&of).on_hover_text(value.to_string()).clicked() {
                 // What takes no fractions, or is a name that begins with a digit, holds from key to key.
-                let begin = |holds| begun(&of, value.clone(), app.clock.time, holds);
-                let holds = app.document.variant(begin(false)).is_err();
-                app.apply(begin(holds));
+                let begin = |holds| begun(&of, value.clone(), model.clock.time, holds);
+                let holds = model.document.variant(begin(false)).is_err();
+                commands.push(begin(holds));
             }
         }
     });
 }
 
 /// The bar that is scrubbed, with a mark at each key.
-fn bar(ui: &mut Ui, app: &mut App) {
+fn bar(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "timeline"));
-    let duration = app.reach();
+    let duration = model.reach();
     let at = |time: f64| rect.left() + (time / duration) as f32 * rect.width();
     let painter = ui.painter().with_clip_rect(rect.expand(2.0));
     let visuals = ui.visuals();
@@ -89,17 +92,17 @@ fn bar(ui: &mut Ui, app: &mut App) {
         );
     }
     // What lies behind the end is dim.
-    let end = egui::Rect::from_min_max(pos2(at(app.duration().unwrap_or(duration)), rect.top()), rect.max);
+    let end = egui::Rect::from_min_max(pos2(at(model.duration().unwrap_or(duration)), rect.top()), rect.max);
     painter.rect_filled(end, 0.0, visuals.panel_fill.gamma_multiply(0.7));
-    let keys = app.keyframes();
+    let keys = model.keyframes();
     for key in &keys {
         diamond(&painter, pos2(at(*key), rect.top() + 0.32 * HEIGHT));
     }
-    painter.vline(at(app.clock.time), rect.y_range(), Stroke::new(2.0, visuals.strong_text_color()));
+    painter.vline(at(model.clock.time), rect.y_range(), Stroke::new(2.0, visuals.strong_text_color()));
     if let (true, Some(pointer)) = (response.dragged() || response.clicked(), response.interact_pointer_pos()) {
         let time = f64::from((pointer.x - rect.left()) / rect.width()).clamp(0.0, 1.0) * duration;
         // A click beside a key means the key, another place the nearest frame.
         let near = keys.iter().copied().find(|key| (at(*key) - pointer.x).abs() < GRIP);
-        app.seek(near.filter(|_| response.clicked()).unwrap_or_else(|| app.nearest_frame(time)));
+        commands.push(Command::Seek(near.filter(|_| response.clicked()).unwrap_or_else(|| model.nearest_frame(time))));
     }
 }

@@ -34,10 +34,10 @@ fn a_broken_scene_is_refused() {
     // The keys are the window's again at once.
     harness.key_press(Key::M);
     harness.step();
-    assert!(harness.state().viewport.overlay);
+    assert!(harness.state().model.layout.overlay);
     assert!(expected.contains("unknown field \"fog\"") && expected.contains("broken.toml:11"), "{expected}");
-    assert_eq!(*harness.state().document.origin(), Origin::File(folder.path().join("cloud.toml")));
-    assert_eq!(harness.state().document.text(), SCENE);
+    assert_eq!(*harness.state().model.document.origin(), Origin::File(folder.path().join("cloud.toml")));
+    assert_eq!(harness.state().model.document.text(), SCENE);
 }
 
 /// A scene that is saved says, byte by byte, what was open; a built-in one brings its volumes along.
@@ -51,7 +51,7 @@ fn scenes_are_saved() {
     harness.step();
     let saved = std::fs::read_to_string(folder.path().join("cloud.toml")).unwrap();
     assert_eq!(saved, SCENE.replace("20000 K", "9000 K"));
-    assert!(!harness.state().document.is_changed());
+    assert!(!harness.state().model.document.is_changed());
     let mut builtin = Document::builtin("pillars", LIMIT).unwrap();
     let text = builtin.text().to_owned();
     let path = folder.path().join("own/region.toml");
@@ -84,7 +84,7 @@ fn pictures_are_saved() {
         assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(&harness));
     }
     let image = barnard_files::formats::read_image(&folder.path().join("out.fits"), LIMIT).unwrap();
-    let scene = harness.state().document.scene();
+    let scene = harness.state().model.document.scene();
     let options = barnard::plan::Options::within(LIMIT);
     let control = barnard::control::Control::default();
     let plan = barnard::plan::Planner::new(&options).plan(scene.clone(), None, &control).unwrap();
@@ -99,7 +99,7 @@ fn saving_is_stopped() {
     let export = |harness: &mut Harness<App>, name: &str| {
         let (ctx, path) = (harness.ctx.clone(), folder.path().join(name));
         let app = harness.state_mut();
-        app.export = Some(Export::start(app.document.scene(), &path, (6000, 6000), LIMIT, &ctx).unwrap());
+        app.export = Some(Export::start(app.model.document.scene(), &path, (6000, 6000), LIMIT, &ctx).unwrap());
         harness.run_steps(3);
     };
     let until = |harness: &mut Harness<App>, so: &dyn Fn(&Harness<App>) -> bool| {
@@ -154,7 +154,7 @@ fn scenes_are_dropped() {
     let mut drop = |path: &Path| {
         harness.input_mut().dropped_files.push(Arc::new(Dropped(path.to_owned())));
         settle(&mut harness);
-        (harness.state().document.origin().clone(), notice(&harness).to_owned(), means(&harness))
+        (harness.state().model.document.origin().clone(), notice(&harness).to_owned(), means(&harness))
     };
     let (origin, words, means) = drop(&other);
     assert!(origin == Origin::File(other.clone()) && words.is_empty() && means.iter().all(|m| *m > 0.0));
@@ -180,7 +180,7 @@ fn changes_are_not_lost() {
     first.get_by_role_and_label(Role::Button, "Cancel").click();
     first.step();
     first.step();
-    assert!(first.state().document.text().contains("7000 K"));
+    assert!(first.state().model.document.text().contains("7000 K"));
     // A crash: nothing is closed in order.
     drop(first);
     let lost = Session::new(Some(recovery)).recovered().unwrap();
@@ -231,7 +231,7 @@ lines = [{ wavelength = "550 nm", strength = 1 }]
     let mut harness = harness(app(&path, None));
     settle(&mut harness);
     let before = means(&harness);
-    harness.state_mut().apply(barnard_viewer::edit::Edit::set("star.0", "position", "0.5 0.2 0.9 pc"));
+    harness.state_mut().model.apply(barnard_viewer::edit::Edit::set("star.0", "position", "0.5 0.2 0.9 pc"));
     settle(&mut harness);
     assert_eq!(notice(&harness), "");
     assert!(means(&harness) != before && before[1] > 0.0);
@@ -320,7 +320,7 @@ luminosity = "1e4 Lsun"
 "#;
     std::fs::write(&path, text).unwrap();
     let mut document = Document::open(&path, LIMIT).unwrap();
-    let edge = |document: &Document| document.scene().emission[0].density.grid().unwrap().lattice().dims[0];
+    let edge = |document: &Document| document.scene().species()[0].density.grid().unwrap().lattice().dims[0];
     assert!(document.is_rough() && edge(&document) == 48);
     let settle = |document: &mut Document| {
         let heard = Arc::new(AtomicBool::new(false));

@@ -19,56 +19,57 @@ fn a_temperature_changes_plan_and_picture() {
     let before = means(&harness);
     harness.get_by_role_and_label(Role::SpinButton, "temperature").set_value_accesskit(6000.0);
     settle(&mut harness);
-    let text = harness.state().document.text().to_owned();
+    let text = harness.state().model.document.text().to_owned();
     assert!(text.contains("temperature = \"6000 K\"") && text.contains("# comments stay"), "{text}");
     let after = means(&harness);
     assert!(after[0] / before[0] < 0.9 * after[2] / before[2], "{before:?} {after:?}");
-    assert!(harness.state().document.is_changed());
+    assert!(harness.state().model.document.is_changed());
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut harness);
-    assert_eq!(harness.state().document.text(), SCENE);
+    assert_eq!(harness.state().model.document.text(), SCENE);
     assert_eq!(means(&harness), before);
     harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     harness.step();
-    assert_eq!(harness.state().document.text(), text);
+    assert_eq!(harness.state().model.document.text(), text);
 }
 
 /// Widgets stay in the range of their key. Other impossible values are refused as `barnard check` refuses them, and change nothing.
 #[test]
 fn impossible_values_are_refused() {
     let (_folder, mut harness) = open();
-    harness.state_mut().apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "-5 K"));
+    harness.state_mut().model.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "-5 K"));
     harness.step();
     assert!(notice(&harness).contains("between 1 and 1e9 K") && notice(&harness).contains("cloud.toml:22"), "{}", notice(&harness));
-    assert_eq!(harness.state().document.text(), SCENE);
+    assert_eq!(harness.state().model.document.text(), SCENE);
     harness.get_by_role_and_label(Role::SpinButton, "temperature").set_value_accesskit(-5.0);
     harness.step();
     harness.step();
-    assert!(harness.state().document.text().contains("temperature = \"1 K\""), "{}", harness.state().document.text());
+    assert!(harness.state().model.document.text().contains("temperature = \"1 K\""), "{}", harness.state().model.document.text());
 }
 
 /// Another set of filters has bands and colours of its own; another palette colours the same radiances anew.
 #[test]
 fn filters_and_palettes_change_what_is_seen() {
     let (_folder, mut harness) = open();
-    harness.state_mut().apply(barnard_viewer::comparison::filters("sho-3nm"));
+    harness.state_mut().model.apply(barnard_viewer::comparison::filters("sho-3nm"));
     settle(&mut harness);
-    let bands =
-        |h: &Harness<App>| h.state().shown.as_ref().unwrap().pictures[0].image.bands.iter().map(|b| b.name.clone()).collect::<Vec<_>>();
+    let bands = |h: &Harness<App>| {
+        h.state().model.shown.as_ref().unwrap().pictures[0].image.bands.iter().map(|b| b.name.clone()).collect::<Vec<_>>()
+    };
     assert_eq!(bands(&harness).len(), 3);
     let (image, colours) = {
-        let picture = &harness.state().shown.as_ref().unwrap().pictures[0];
+        let picture = &harness.state().model.shown.as_ref().unwrap().pictures[0];
         (picture.image.clone(), picture.colours.clone())
     };
     harness.get_by_role_and_label(Role::Button, "SHO").click();
     settle(&mut harness);
-    let picture = &harness.state().shown.as_ref().unwrap().pictures[0];
+    let picture = &harness.state().model.shown.as_ref().unwrap().pictures[0];
     assert!(Arc::ptr_eq(&picture.image, &image) && picture.colours != colours);
-    assert!(harness.state().document.text().contains("palette = \"sho\""));
+    assert!(harness.state().model.document.text().contains("palette = \"sho\""));
     harness.get_by_role_and_label(Role::Button, "Matrix").click();
     harness.step();
     harness.step();
-    assert!(harness.state().document.text().contains("matrix = ["), "{}", notice(&harness));
+    assert!(harness.state().model.document.text().contains("matrix = ["), "{}", notice(&harness));
 }
 
 /// Another method makes the picture and states its error; the difference from a finer one is small, and that of a poor
@@ -80,15 +81,15 @@ fn methods_state_their_errors() {
     harness.get_by_role_and_label(Role::CheckBox, "difference × 16").click();
     settle(&mut harness);
     let difference = |h: &Harness<App>| {
-        let pictures = &h.state().shown.as_ref().unwrap().pictures;
+        let pictures = &h.state().model.shown.as_ref().unwrap().pictures;
         pictures[0].image.relative_rmse(0, &pictures[1].image, 0)
     };
     let fine = difference(&harness);
     assert!(harness.query_by_label_contains("johnson-B: differs by").is_some());
-    harness.state_mut().apply(barnard_viewer::edit::Edit::set("method", "name", "fixed_wavelength"));
+    harness.state_mut().model.apply(barnard_viewer::edit::Edit::set("method", "name", "fixed_wavelength"));
     settle(&mut harness);
     assert!(fine < 0.03 && difference(&harness) > fine, "{fine} {}", difference(&harness));
-    assert_eq!(harness.state().shown.as_ref().unwrap().pictures[0].plan.spectral().method, "fixed_wavelength");
+    assert_eq!(harness.state().model.shown.as_ref().unwrap().pictures[0].plan.spectral().method, "fixed_wavelength");
 }
 
 /// A star follows the pointer; the camera stays.
@@ -98,8 +99,8 @@ fn a_star_is_dragged() {
     let rect = viewport(&harness);
     let (column, row, width) = {
         let state = harness.state();
-        let camera = state.flight.seen(state.viewport.pixels.unwrap());
-        let (column, row) = camera.project(state.document.scene().stars[0].position).unwrap();
+        let camera = state.model.flight.seen(state.viewport.pixels.unwrap());
+        let (column, row) = camera.project(state.model.document.scene().stars[0].position).unwrap();
         (column, row, camera.width)
     };
     let scale = rect.width() / width as f32;
@@ -108,8 +109,8 @@ fn a_star_is_dragged() {
     drag(&mut harness, PointerButton::Primary, star, target);
     settle(&mut harness);
     let state = harness.state();
-    let moved = state.document.scene().stars[0].position;
-    let camera = state.flight.seen(state.viewport.pixels.unwrap());
+    let moved = state.model.document.scene().stars[0].position;
+    let camera = state.model.flight.seen(state.viewport.pixels.unwrap());
     let (column, row) = camera.project(moved).unwrap();
     let seen = rect.min + vec2(column as f32, row as f32) * scale;
     assert!(seen.distance(target) < 3.0 && (moved.z - 0.9).abs() < 1e-4, "{seen:?} {target:?} {moved}");
@@ -122,10 +123,10 @@ fn curves_are_dragged() {
     let (_folder, mut harness) = open();
     harness.get_by_role_and_label(Role::Button, "Curves to drag").click();
     settle(&mut harness);
-    let text = harness.state().document.text().to_owned();
+    let text = harness.state().model.document.text().to_owned();
     assert!(text.matches("kind = \"points\"").count() == 3 && !text.contains("bands ="), "{text}");
     let before = means(&harness);
-    let throughput = |h: &Harness<App>| h.state().document.scene().bands[1].response(0.547);
+    let throughput = |h: &Harness<App>| h.state().model.document.scene().bands[1].response(0.547);
     let high = throughput(&harness);
     // The middle of the second filter: wherever it is drawn, a short way down from the top of the plot.
     let header = harness.get_by_label("Spectra").rect();
@@ -135,7 +136,7 @@ fn curves_are_dragged() {
         for column in 0..28 {
             let from = plot.min + vec2(10.0 * column as f32, 8.0 * row as f32);
             drag(&mut harness, PointerButton::Primary, from, from + vec2(0.0, 60.0));
-            if harness.state().document.text() != text {
+            if harness.state().model.document.text() != text {
                 dragged = true;
                 break 'search;
             }
@@ -154,9 +155,9 @@ fn stars_come_and_go() {
     let before = means(&harness);
     harness.get_by_role_and_label(Role::Button, "Add a star").click();
     settle(&mut harness);
-    assert_eq!(harness.state().document.scene().stars.len(), 2);
+    assert_eq!(harness.state().model.document.scene().stars.len(), 2);
     // It stands before the cloud's middle in the middle of the view, lights the cloud, and its keys are open.
-    let (scene, flight) = (harness.state().document.scene().clone(), harness.state().flight.clone());
+    let (scene, flight) = (harness.state().model.document.scene().clone(), harness.state().model.flight.clone());
     let place = flight.camera.project(scene.stars[1].position).unwrap();
     assert!((place.0 - 0.5 * flight.camera.width as f64).abs() < 1.0 && scene.stars[1].visible, "{place:?}");
     assert!((scene.stars[1].position - flight.camera.position).length() < flight.distance());
@@ -167,11 +168,11 @@ fn stars_come_and_go() {
     harness.step();
     harness.get_by_label("stellar").click();
     settle(&mut harness);
-    let text = harness.state().document.text().to_owned();
+    let text = harness.state().model.document.text().to_owned();
     assert!(text.contains("kind = \"stellar\"") && text.contains("type = ") && !text.contains("20000 K"), "{text}");
     harness.get_all_by_role_and_label(Role::Button, "Remove").next().unwrap().click();
     settle(&mut harness);
-    assert_eq!(harness.state().document.scene().stars.len(), 1);
+    assert_eq!(harness.state().model.document.scene().stars.len(), 1);
 }
 
 /// Stars of a table shine and have a panel, but cannot be taken hold of: only their table says where they are.
@@ -185,16 +186,16 @@ fn stars_of_a_table_are_seen() {
     let mut harness = harness(app(&path, None));
     settle(&mut harness);
     let (state, before) = (harness.state(), means(&bare));
-    assert_eq!((state.document.scene().stars.len(), state.document.stars().len()), (2, 1));
+    assert_eq!((state.model.document.scene().stars.len(), state.model.document.stars().len()), (2, 1));
     assert!(means(&harness)[2] > 1.5 * before[2], "{:?} {before:?}", means(&harness));
     assert!(harness.query_by_label_contains("Table of stars 1").is_some() && bare.query_by_label_contains("Table of stars 1").is_none());
-    let camera = state.flight.seen(state.viewport.pixels.unwrap());
-    let (column, row) = camera.project(state.document.scene().stars[1].position).unwrap();
+    let camera = state.model.flight.seen(state.viewport.pixels.unwrap());
+    let (column, row) = camera.project(state.model.document.scene().stars[1].position).unwrap();
     let rect = viewport(&harness);
     let star = rect.min + vec2(column as f32, row as f32) * (rect.width() / camera.width as f32);
     drag(&mut harness, PointerButton::Primary, star, star + vec2(80.0, 0.0));
     settle(&mut harness);
-    let scene = harness.state().document.scene();
+    let scene = harness.state().model.document.scene();
     assert!(scene.stars[1].position == barnard::glam::DVec3::new(-0.3, -0.2, 0.9) && scene.camera.position.x < -1.0, "{:?}", scene.camera);
 }
 

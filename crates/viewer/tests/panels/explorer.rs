@@ -76,20 +76,20 @@ pub fn settle(harness: &mut Harness<App>) {
     while !harness.state().is_settled() {
         harness.step();
         std::thread::sleep(Duration::from_millis(5));
-        assert!(start.elapsed() < Duration::from_secs(120), "{:?}", harness.state().notice.as_ref().map(|n| &n.words));
+        assert!(start.elapsed() < Duration::from_secs(120), "{:?}", harness.state().model.notice.as_ref().map(|n| &n.words));
     }
     harness.step();
 }
 
 /// Mean radiance of each band.
 pub fn means(harness: &Harness<App>) -> Vec<f64> {
-    let shown = harness.state().shown.as_ref().unwrap();
+    let shown = harness.state().model.shown.as_ref().unwrap();
     let image = &shown.pictures[0].image;
     (0..image.bands.len()).map(|b| image.band(b).sum::<f64>() / (image.width * image.height) as f64).collect()
 }
 
 pub fn notice<'a>(harness: &'a Harness<App>) -> &'a str {
-    harness.state().notice.as_ref().map_or("", |n| &n.words)
+    harness.state().model.notice.as_ref().map_or("", |n| &n.words)
 }
 
 /// The picture's place in the window.

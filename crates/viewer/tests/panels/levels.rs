@@ -16,21 +16,21 @@ use super::explorer::{drag, open, settle, viewport};
 #[test]
 fn exposure_is_written() {
     let (_folder, mut harness) = open();
-    let white = harness.state().shown.as_ref().unwrap().pictures[0].tone.white;
+    let white = harness.state().model.shown.as_ref().unwrap().pictures[0].tone.white;
     harness.key_press(Key::Plus);
     settle(&mut harness);
-    let tone = &harness.state().shown.as_ref().unwrap().pictures[0].tone;
+    let tone = &harness.state().model.shown.as_ref().unwrap().pictures[0].tone;
     assert!((tone.white / white - 0.5f64.sqrt()).abs() < 1e-4, "{} {white}", tone.white);
     harness.get_by_role_and_label(Role::Button, "Auto").click();
     settle(&mut harness);
-    assert!(!harness.state().document.text().contains("white"));
+    assert!(!harness.state().model.document.text().contains("white"));
 }
 
 /// White is dragged on the histogram, black with Shift; the picture follows without a new march.
 #[test]
 fn levels_are_dragged() {
     let (_folder, mut harness) = open();
-    let picture = |h: &Harness<App>| h.state().shown.as_ref().unwrap().pictures[0].clone();
+    let picture = |h: &Harness<App>| h.state().model.shown.as_ref().unwrap().pictures[0].clone();
     let before = picture(&harness);
     let (white, below) = (before.tone.white, harness.get_by_label_contains("black 0, white").rect());
     let place = |part: f32| below.left_top() + vec2(310.0 * part, -60.0);
@@ -38,7 +38,7 @@ fn levels_are_dragged() {
     settle(&mut harness);
     let after = picture(&harness);
     assert!(Arc::ptr_eq(&after.image, &before.image) && after.tone.white < 0.5 * white && after.colours != before.colours);
-    assert_eq!(harness.state().document.scene().display.white, Level::Radiance(after.tone.white));
+    assert_eq!(harness.state().model.document.scene().display.white, Level::Radiance(after.tone.white));
     harness.event(Event::ModifiersChanged(Modifiers::SHIFT));
     drag(&mut harness, PointerButton::Primary, place(0.3), place(0.2));
     settle(&mut harness);
@@ -51,9 +51,9 @@ fn levels_are_dragged() {
 #[test]
 fn levels_are_held() {
     let (_folder, mut harness) = open();
-    let white = |harness: &Harness<App>| harness.state().shown.as_ref().unwrap().pictures[0].tone.white;
+    let white = |harness: &Harness<App>| harness.state().model.shown.as_ref().unwrap().pictures[0].tone.white;
     let own = |harness: &Harness<App>| {
-        let picture = &harness.state().shown.as_ref().unwrap().pictures[0];
+        let picture = &harness.state().model.shown.as_ref().unwrap().pictures[0];
         picture.scene.display.tone(&picture.image).white
     };
     let first = white(&harness);

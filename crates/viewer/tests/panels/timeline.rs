@@ -2,7 +2,7 @@
 
 use barnard::glam::DVec3;
 use barnard_viewer::app::App;
-use barnard_viewer::viewport::Guide;
+use barnard_viewer::layout::Guide;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::Harness;
@@ -11,7 +11,7 @@ use egui_kittest::kittest::Queryable;
 use super::explorer::{app, drag, folder, notice, open, settle, viewport};
 
 fn place(harness: &Harness<App>) -> DVec3 {
-    harness.state().flight.camera.position
+    harness.state().model.flight.camera.position
 }
 
 /// Clicks into the bar of the timeline, at a part of its width.
@@ -27,69 +27,69 @@ fn seek(harness: &mut Harness<App>, part: f32) {
 #[test]
 fn a_flight_is_made_of_views() {
     let (_folder, mut harness) = open();
-    let before = harness.state().document.text().to_owned();
+    let before = harness.state().model.document.text().to_owned();
     let start = place(&harness);
     harness.key_press(Key::K);
     harness.step();
-    assert!(notice(&harness).contains("begins here") && harness.state().layout.timeline, "{}", notice(&harness));
+    assert!(notice(&harness).contains("begins here") && harness.state().model.layout.timeline, "{}", notice(&harness));
     // The panel has its size once it was drawn.
     harness.run_steps(3);
     seek(&mut harness, 0.5);
-    assert!((harness.state().clock.time - 5.0).abs() < 0.1, "{}", harness.state().clock.time);
+    assert!((harness.state().model.clock.time - 5.0).abs() < 0.1, "{}", harness.state().model.clock.time);
     let centre = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, centre, centre + vec2(120.0, 0.0));
     settle(&mut harness);
     let aside = place(&harness);
     harness.key_press(Key::K);
     settle(&mut harness);
-    let text = harness.state().document.text().to_owned();
+    let text = harness.state().model.document.text().to_owned();
     assert_eq!(text.matches("[[camera.path.key]]").count(), 2, "{text}");
     assert!(text.contains("# A small cloud.") && text.contains("# comments stay"));
-    let end = harness.state().clock.time;
+    let end = harness.state().model.clock.time;
     // The path lasts until its last key now, and the bar reaches beyond it.
     seek(&mut harness, 0.0);
     assert!(place(&harness).distance(start) < 1e-3, "{} {start}", place(&harness));
     seek(&mut harness, 1.0);
-    assert!(harness.state().clock.time > end + 1.0 && place(&harness).distance(aside) < 0.05, "{} {aside}", place(&harness));
+    assert!(harness.state().model.clock.time > end + 1.0 && place(&harness).distance(aside) < 0.05, "{} {aside}", place(&harness));
     seek(&mut harness, 0.25);
     let between = place(&harness);
     assert!(between.distance(start) > 0.1 && between.distance(aside) > 0.1);
     // The picture is that of the moment, and a view that is only looked at changes nothing.
-    let shown = harness.state().shown.as_ref().unwrap().pictures[0].scene.camera.position;
+    let shown = harness.state().model.shown.as_ref().unwrap().pictures[0].scene.camera.position;
     assert!(shown.distance(between) < 1e-9);
     let centre = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, centre, centre + vec2(40.0, 0.0));
     settle(&mut harness);
-    assert_eq!(harness.state().document.text(), text);
+    assert_eq!(harness.state().model.document.text(), text);
     harness.get_by_role_and_label(Role::Button, "Play").click();
     harness.run_steps(4);
-    let playing = harness.state().clock.clone();
+    let playing = harness.state().model.clock.clone();
     assert!(playing.playing && playing.time > 0.4 * end, "{playing:?}");
     harness.key_press(Key::Space);
     settle(&mut harness);
-    assert!(!harness.state().clock.playing);
+    assert!(!harness.state().model.clock.playing);
     // The key, and the view that was flown to before it.
-    harness.state_mut().step(false);
-    harness.state_mut().step(false);
-    assert_eq!(harness.state().document.text(), before);
+    harness.state_mut().model.step(false);
+    harness.state_mut().model.step(false);
+    assert_eq!(harness.state().model.document.text(), before);
 }
 
 /// What changes of the scene itself is seen at its moment.
 #[test]
 fn stars_change_with_the_moment() {
     let (_folder, mut harness) = open();
-    let text = harness.state().document.text().to_owned();
+    let text = harness.state().model.document.text().to_owned();
     let track = r#"[[animation]]
 of = "star[0].luminosity"
 times = ["0 s", "4 s"]
 values = ["3000 Lsun", "30 Lsun"]
 "#;
-    harness.state_mut().document.replace(&format!("{text}{track}")).unwrap();
+    harness.state_mut().model.document.replace(&format!("{text}{track}")).unwrap();
     harness.key_press(Key::T);
     settle(&mut harness);
     let mean = |h: &Harness<App>| super::explorer::means(h)[1];
     let bright = mean(&harness);
-    harness.state_mut().clock.playing = false;
+    harness.state_mut().model.clock.playing = false;
     seek(&mut harness, 0.8);
     let dark = mean(&harness);
     assert!((bright / dark / 100.0 - 1.0).abs() < 0.05, "{bright:e} {dark:e}");
@@ -110,7 +110,7 @@ fn curves_have_keys_to_drag() {
     harness.get_by_role_and_label(Role::Button, "star[0].luminosity").click();
     settle(&mut harness);
     let track = |h: &Harness<App>| -> (Vec<f64>, Vec<f64>) {
-        let scene = h.state().document.scene().clone();
+        let scene = h.state().model.document.scene().clone();
         let (of, track) = scene.timeline.as_ref().unwrap().tracks().next().unwrap();
         assert_eq!((of, track.unit()), ("star[0].luminosity", "Lsun"));
         let times = track.times();
@@ -140,7 +140,7 @@ fn curves_have_keys_to_drag() {
     assert!(times.len() == 2 && (times[1] - 3.0).abs() < 0.3, "{times:?}");
     assert!(higher[0] == flat[0] && higher[1] > 1.2 * flat[1], "{higher:?}");
     // One undo takes all of the drag back.
-    harness.state_mut().step(false);
+    harness.state_mut().model.step(false);
     settle(&mut harness);
     assert_eq!(track(&harness).1, flat);
     let place = at(&harness, 0.5);
@@ -155,6 +155,6 @@ fn guides_take_turns() {
     for guide in Guide::ALL.into_iter().cycle().skip(1).take(Guide::ALL.len()) {
         harness.key_press(Key::G);
         harness.step();
-        assert_eq!(harness.state().viewport.guide, guide);
+        assert_eq!(harness.state().model.layout.guide, guide);
     }
 }

@@ -19,7 +19,7 @@ fn the_probe_reads_pixels() {
     harness.hover_at(viewport(&harness).center());
     harness.step();
     harness.step();
-    let image = harness.state().shown.as_ref().unwrap().pictures[0].image.clone();
+    let image = harness.state().model.shown.as_ref().unwrap().pictures[0].image.clone();
     let (column, row) = (image.width / 2, image.height / 2);
     assert!(harness.query_by_label(&format!("column {column}, row {row} of {} × {}", image.width, image.height)).is_some());
     assert!(harness.query_by_label(&format!("{:.3e}", image.at(1, row, column))).is_some());
@@ -33,27 +33,27 @@ fn the_view_is_dragged() {
     let centre = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, centre, centre + vec2(120.0, 30.0));
     settle(&mut harness);
-    let camera = harness.state().document.scene().camera.clone();
+    let camera = harness.state().model.document.scene().camera.clone();
     assert!(camera.position.x < -1.0 && (camera.position.length() - 6.0).abs() < 1e-3, "{:?}", camera.position);
-    assert_eq!(harness.state().flight.camera, camera);
+    assert_eq!(harness.state().model.flight.camera, camera);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut harness);
-    assert_eq!(harness.state().document.text(), SCENE);
-    assert!(harness.state().flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-9);
+    assert_eq!(harness.state().model.document.text(), SCENE);
+    assert!(harness.state().model.flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-9);
 }
 
 /// Two sets of filters share the window; the edge between them is dragged.
 #[test]
 fn filters_are_compared() {
     let (_folder, mut harness) = open();
-    harness.state_mut().comparison.with = With::Filters("2mass".into());
+    harness.state_mut().model.comparison.with = With::Filters("2mass".into());
     settle(&mut harness);
-    let names: Vec<String> = harness.state().shown.as_ref().unwrap().pictures.iter().map(|p| p.image.bands[0].name.clone()).collect();
+    let names: Vec<String> = harness.state().model.shown.as_ref().unwrap().pictures.iter().map(|p| p.image.bands[0].name.clone()).collect();
     assert!(names.len() == 2 && names[0].starts_with("johnson") && names[1].starts_with("twomass"), "{names:?}");
     let rect = viewport(&harness);
     drag(&mut harness, PointerButton::Primary, rect.center(), rect.center() + vec2(100.0, 0.0));
-    assert!(harness.state().comparison.edge.unwrap() > 0.6);
-    assert_eq!(harness.state().document.text(), SCENE);
+    assert!(harness.state().model.comparison.edge.unwrap() > 0.6);
+    assert_eq!(harness.state().model.document.text(), SCENE);
 }
 
 /// An instrument is chosen, and what it records stands beside the picture; its exposure is typed.
@@ -66,23 +66,23 @@ fn pictures_are_observed() {
     harness.run_steps(3);
     harness.get_by_label("lco-1m-sinistro").click();
     harness.run_steps(3);
-    assert!(harness.state().document.scene().instrument.is_some(), "{:?}", harness.state().notice.as_ref().map(|n| &n.words));
+    assert!(harness.state().model.document.scene().instrument.is_some(), "{:?}", harness.state().model.notice.as_ref().map(|n| &n.words));
     harness.get_by_label("as observed").click();
     settle(&mut harness);
-    let words = |harness: &Harness<App>| harness.state().shown.as_ref().unwrap().pictures[1].recorded_words();
+    let words = |harness: &Harness<App>| harness.state().model.shown.as_ref().unwrap().pictures[1].recorded_words();
     assert!(words(&harness).starts_with("lco-1m-sinistro, 6 × 300 s"), "{}", words(&harness));
-    harness.state_mut().apply(Edit::set("instrument", "exposure", "2 s"));
+    harness.state_mut().model.apply(Edit::set("instrument", "exposure", "2 s"));
     settle(&mut harness);
     assert!(words(&harness).contains("6 × 2 s"), "{}", words(&harness));
-    assert!(harness.state().shown.as_ref().unwrap().pictures[1].recorded_bands().len() == 3);
+    assert!(harness.state().model.shown.as_ref().unwrap().pictures[1].recorded_bands().len() == 3);
 }
 
 /// W flies ahead for as long as it is held, and the wheel changes how fast; what was flown to is written down.
 #[test]
 fn keys_fly() {
     let (_folder, mut harness) = open();
-    let place = |h: &Harness<App>| h.state().flight.camera.position;
-    let speed = harness.state().flight.speed;
+    let place = |h: &Harness<App>| h.state().model.flight.camera.position;
+    let speed = harness.state().model.flight.speed;
     harness.hover_at(viewport(&harness).center());
     harness.key_down(Key::W);
     harness.run_steps(5);
@@ -96,21 +96,21 @@ fn keys_fly() {
         modifiers: Modifiers::NONE,
     });
     harness.run_steps(5);
-    assert!(harness.state().flight.speed > 1.2 * speed, "{}", harness.state().flight.speed);
+    assert!(harness.state().model.flight.speed > 1.2 * speed, "{}", harness.state().model.flight.speed);
     harness.key_up(Key::W);
     harness.step();
     let there = place(&harness);
     assert!(there.z < nearer.z);
     settle(&mut harness);
-    assert!(harness.state().document.scene().camera.position.distance(there) < 1e-3);
+    assert!(harness.state().model.document.scene().camera.position.distance(there) < 1e-3);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut harness);
-    assert_eq!(harness.state().document.text(), SCENE);
+    assert_eq!(harness.state().model.document.text(), SCENE);
     // Ctrl+S is no flight backwards, though Ctrl is let go first.
     harness.key_down_modifiers(Modifiers::COMMAND, Key::S);
     harness.run_steps(5);
     settle(&mut harness);
-    assert!(harness.state().document.text() == SCENE && !harness.state().document.is_changed());
+    assert!(harness.state().model.document.text() == SCENE && !harness.state().model.document.is_changed());
     harness.key_up(Key::S);
     harness.step();
     harness.key_down(Key::S);
@@ -127,19 +127,23 @@ fn bookmarks_are_places() {
     assert!(notice(&harness).contains("bookmark 3 is not set"), "{}", notice(&harness));
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Num3);
     harness.step();
-    assert!(harness.state().document.text().contains("[bookmark.3]\nkind = \"perspective\"\n"), "{}", harness.state().document.text());
+    assert!(
+        harness.state().model.document.text().contains("[bookmark.3]\nkind = \"perspective\"\n"),
+        "{}",
+        harness.state().model.document.text()
+    );
     let centre = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
     settle(&mut harness);
-    assert!(harness.state().flight.camera.position.x.abs() > 1.0);
+    assert!(harness.state().model.flight.camera.position.x.abs() > 1.0);
     harness.key_press(Key::Num3);
     settle(&mut harness);
-    assert!(harness.state().flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-4);
+    assert!(harness.state().model.flight.camera.position.distance(barnard::glam::DVec3::new(0.0, 0.0, 6.0)) < 1e-4);
     for _ in 0..3 {
         harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         harness.step();
     }
-    assert!(!harness.state().document.text().contains("bookmark"), "{}", harness.state().document.text());
+    assert!(!harness.state().model.document.text().contains("bookmark"), "{}", harness.state().model.document.text());
 }
 
 /// Digits that are typed are the field's own, also where a slow frame holds them with the key that leaves it.
@@ -150,31 +154,31 @@ fn typed_digits_are_no_bookmarks() {
     let centre = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
     settle(&mut harness);
-    let there = harness.state().flight.camera.position;
+    let there = harness.state().model.flight.camera.position;
     harness.get_by_role_and_label(Role::SpinButton, "temperature").focus();
     harness.step();
     // All in one frame.
     let pressed = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
     harness.input_mut().events.extend([Key::Num3, Key::Enter, Key::Num3].map(pressed));
     harness.step();
-    assert_eq!(harness.state().flight.camera.position, there);
+    assert_eq!(harness.state().model.flight.camera.position, there);
     harness.step();
     harness.key_press(Key::Num3);
     settle(&mut harness);
-    assert!(harness.state().flight.camera.position.distance(there) > 1.0, "the digit is the window's again");
+    assert!(harness.state().model.flight.camera.position.distance(there) > 1.0, "the digit is the window's again");
 }
 
 /// After "Frame all" and an undo one moves around the cloud again, and not around a place behind it.
 #[test]
 fn home_and_undo_keep_the_middle() {
     let (_folder, mut harness) = open();
-    let before = harness.state().flight.clone();
+    let before = harness.state().model.flight.clone();
     harness.key_press(Key::Home);
     settle(&mut harness);
-    assert!((harness.state().flight.distance() / before.distance() - 1.0).abs() > 0.1);
+    assert!((harness.state().model.flight.distance() / before.distance() - 1.0).abs() > 0.1);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut harness);
-    let after = harness.state().flight.clone();
+    let after = harness.state().model.flight.clone();
     assert!(after.camera.position.distance(before.camera.position) < 1e-3 * before.distance());
     assert!((after.distance() / before.distance() - 1.0).abs() < 1e-3, "{} {}", after.distance(), before.distance());
 }
@@ -184,8 +188,8 @@ fn escape_closes_help() {
     let (_folder, mut harness) = open();
     harness.key_press(Key::F1);
     harness.run_steps(2);
-    assert!(harness.state().layout.help);
+    assert!(harness.state().model.layout.help);
     harness.key_press(Key::Escape);
     harness.run_steps(2);
-    assert!(!harness.state().layout.help);
+    assert!(!harness.state().model.layout.help);
 }

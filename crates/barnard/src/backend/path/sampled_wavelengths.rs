@@ -146,7 +146,7 @@ mod tests {
 
     use crate::camera::Camera;
     use crate::fixtures::ball;
-    use crate::scene::{Background, Emission};
+    use crate::scene::{Background, Emission, SceneSpec};
 
     /// The wavelengths that are drawn bring each light's own band total in the mean, lines among them, and lines of
     /// others nothing.
@@ -158,7 +158,8 @@ mod tests {
         let bands = ["cousins-R", narrow].map(|name| passband::Passband::by_name(name).unwrap());
         let camera = Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO).orthographic_pc(1.0).size(1, 1);
         let sky = Spectrum::continuous(1e-9, Arc::new(BlackBody(Temperature(3000.0))));
-        let scene = Scene::new(camera).bands(bands.to_vec()).emission(gas).background(Background::even(sky));
+        let scene =
+            SceneSpec::new(camera).with_bands(bands.to_vec()).with_emission(gas).with_background(Background::even(sky)).build().unwrap();
         let lights = lights(&scene).unwrap();
         for (b, band) in scene.bands.iter().enumerate() {
             let waves = SampledWavelengths::new(&scene, &lights, b).unwrap();

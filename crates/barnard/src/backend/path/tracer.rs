@@ -132,7 +132,7 @@ impl<'a> Tracer<'a> {
                     stars.push(Star { light, position: scene.stars[star].position, power });
                 }
                 Route::Emitted { species: i } => {
-                    let density = &*scene.emission[i].density;
+                    let density = &*scene.species()[i].density;
                     let number = usize::from(scene.dust.is_some()) + i;
                     species.push(Species { light, number, density, majorant: Majorant::new(density, control)? });
                 }

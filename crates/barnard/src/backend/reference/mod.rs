@@ -255,7 +255,7 @@ impl<'a> Truth<'a> {
                     }
                 }
                 Route::Emitted { species } => {
-                    let own = profile(gas + species, &*self.scene.emission[species].density);
+                    let own = profile(gas + species, &*self.scene.species()[species].density);
                     let cells = own.pieces().iter().flat_map(|p| split_by(p.start, p.end, dust.as_ref().map(|d| &d.1)));
                     radiance.adapt(cells, |t, wave| own.at(t) * wave.weight[light] * (-wave.k * tau(t)).exp());
                 }

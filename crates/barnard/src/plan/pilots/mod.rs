@@ -233,11 +233,11 @@ mod tests {
     #[test]
     fn depths_that_are_not_kept_are_the_same() {
         let places = [DVec3::new(0.2, 0.1, 0.3), DVec3::new(-1.5, 0.4, 0.0)];
-        let scene = scene(on_axis(4.0, 20.0, (8, 8)), 16).dust(dust(ball(1.0), "ccm89", 2.0));
-        let scene = places.into_iter().fold(scene, |scene, place| scene.star(star(9000.0, 1.0, place)));
+        let scene = scene(on_axis(4.0, 20.0, (8, 8)), 16).with_dust(dust(ball(1.0), "ccm89", 2.0));
+        let scene = places.into_iter().fold(scene, |scene, place| scene.with_star(star(9000.0, 1.0, place))).build().unwrap();
         let gathered = Method { exact_stars: Some(0), ..scene.method.clone() };
         for method in [scene.method.clone(), gathered] {
-            let scene = crate::scene::Scene { method, ..scene.clone() };
+            let scene = scene.clone().with_method(method);
             let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(16)).plan(&scene, None, &Control::default()).unwrap();
             let shading = Shading::new(plan.spectral(), plan.lights());
             let ray = scene.camera.ray(4.6, 3.7);
@@ -257,11 +257,11 @@ mod tests {
     #[test]
     fn finer_rules_leave_phase_functions_as_they_are() {
         let phase = crate::phase::HenyeyGreenstein::new(0.7).unwrap();
-        let scene = scene(on_axis(4.0, 30.0, (8, 8)), 16).dust(dust(ball(1.0), "ccm89", 6.0).phase(phase));
-        let scene = scene.star(star(5000.0, 1.0, DVec3::new(0.2, 0.1, 0.3)));
+        let scene = scene(on_axis(4.0, 30.0, (8, 8)), 16).with_dust(dust(ball(1.0), "ccm89", 6.0).with_phase(phase));
+        let scene = scene.with_star(star(5000.0, 1.0, DVec3::new(0.2, 0.1, 0.3))).build().unwrap();
         let angle = |name: &str| {
             let method = scene.method.clone().with_name(name).unwrap();
-            let scene = crate::scene::Scene { method, ..scene.clone() };
+            let scene = scene.clone().with_method(method);
             let plan = Planner::new(&Options::default()).plan(&scene, None, &Control::default()).unwrap();
             let worst = plan.certificates(0, &plan.expected()).into_iter().map(|(_, c)| c.absolute).fold(0.0, f64::max);
             (plan.spectral().phase_angle, plan.spectral().phase.as_ref().unwrap().entries, worst)
@@ -275,8 +275,8 @@ mod tests {
     fn glowing_cloud(degrees: f64, size: (usize, usize)) -> Planned {
         let ball = |core: f64| Plummer::new(DVec3::ZERO, core).unwrap().cut(1.0).unwrap();
         let gas = Emission::new(ball(0.2), Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-20 }]));
-        let scene = scene(on_axis(4.0, degrees, size), 20).dust(dust(ball(0.4), "ccm89", 6.0)).emission(gas);
-        let scene = scene.star(star(9000.0, 1.0, DVec3::new(0.45, 0.4, -0.2)));
+        let scene = scene(on_axis(4.0, degrees, size), 20).with_dust(dust(ball(0.4), "ccm89", 6.0)).with_emission(gas);
+        let scene = scene.with_star(star(9000.0, 1.0, DVec3::new(0.45, 0.4, -0.2))).build().unwrap();
         Planner::new(&Options::default()).with_quality(Quality::Fixed(16)).plan(&scene, None, &Control::default()).unwrap()
     }
 

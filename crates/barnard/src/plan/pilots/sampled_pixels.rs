@@ -219,7 +219,8 @@ mod tests {
         let sizes = [(64, 48), (200, 31), (21, 20), (500, 7)];
         for ((width, height), (degrees, radius)) in sizes.into_iter().flat_map(|size| [(10.0, 9.0), (40.0, 1.0)].map(|view| (size, view))) {
             let camera = on_axis(4.0, degrees, (width, height));
-            let scene = scene(camera, 8).dust(dust(ball(radius), "ccm89", 0.1)).star(star(9000.0, 1.0, 0.1 * DVec3::X));
+            let scene =
+                scene(camera, 8).with_dust(dust(ball(radius), "ccm89", 0.1)).with_star(star(9000.0, 1.0, 0.1 * DVec3::X)).build().unwrap();
             let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(8)).plan(&scene, None, &Control::default()).unwrap();
             let picture = |column: usize, row: usize| (0.05 * column as f64).sin() + 0.03 * row as f64 + 2.0;
             let sample = sampled(&scene.camera, &plan.space, |column, row| Ok(vec![picture(column, row)])).unwrap();

@@ -100,9 +100,10 @@ mod tests {
         let lattice = Lattice { dims: [24; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let noise = Grid::new(lattice.dims, lattice.bounds, (0..lattice.cells()).map(|_| random.uniform() as f32).collect()).unwrap();
         let stars = [DVec3::new(0.13, 0.21, -0.08), DVec3::new(-2.0, 1.1, 0.7)];
-        let scene = stars.iter().fold(scene(on_axis(4.0, 20.0, (8, 8)), 4).dust(dust(noise, "ccm89", 6.0)), |scene, place| {
-            scene.star(star(9000.0, 1.0, *place))
+        let scene = stars.iter().fold(scene(on_axis(4.0, 20.0, (8, 8)), 4).with_dust(dust(noise, "ccm89", 6.0)), |scene, place| {
+            scene.with_star(star(9000.0, 1.0, *place))
         });
+        let scene = scene.build().unwrap();
         let space = Planner::new(&Options::default())
             .with_quality(Quality::Fixed(4))
             .plan(&scene, None, &Control::default())

@@ -32,15 +32,16 @@ impl BakeResolution {
     }
 }
 
-/// Puts grids in the place of functions, so that every back end sees the same samples.
+/// The scene with grids in place of functions, so that every back end sees the same samples.
 ///
 /// # Errors
 /// If samples would take more memory than allowed, or are no densities.
-pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
-    let mut grids = sampled_densities(scene, options, &Control::default())?.into_iter();
-    let densities = scene.dust.iter_mut().map(|dust| &mut dust.density).chain(scene.emission.iter_mut().map(|gas| &mut gas.density));
-    densities.zip(&mut grids).for_each(|(density, grid)| *density = Arc::new(grid));
-    Ok(())
+pub fn sample_functions(scene: &Scene, options: &Options) -> Result<Scene> {
+    let grids = sampled_densities(scene, options, &Control::default())?;
+    let mut spec = scene.as_lights();
+    let densities = spec.dust.iter_mut().map(|dust| &mut dust.density).chain(spec.emission.iter_mut().map(|gas| &mut gas.density));
+    densities.zip(grids).for_each(|(density, grid)| *density = Arc::new(grid));
+    spec.build()
 }
 
 /// The densities of a scene in their order, grids as they are, functions as plans sample them.
@@ -49,7 +50,7 @@ pub fn sample_functions(scene: &mut Scene, options: &Options) -> Result<()> {
 /// Errors of [`sample_functions`], and on interruption by the user.
 pub fn sampled_densities(scene: &Scene, options: &Options, control: &Control) -> Result<Vec<Grid>> {
     let dust = scene.dust.iter().map(|dust| ("dust", &dust.density));
-    let all = dust.chain(scene.emission.iter().map(|gas| (&*gas.name, &gas.density)));
+    let all = dust.chain(scene.species().iter().map(|gas| (&*gas.name, &gas.density)));
     all.map(|(name, density)| baked(density, 1.0, name, options, BakeResolution::of(&scene.method), control)).collect()
 }
 

@@ -30,7 +30,7 @@ pub struct BrickFields {
 /// If they would take more memory than allowed, or are no densities, and on interruption by the user.
 pub fn densities(scene: &Scene, lattice: &Lattice, options: &Options, control: &Control) -> Result<Vec<Grid>> {
     let dust = scene.dust.iter().map(|dust| (&dust.density, dust.sigma_v_per_pc, "dust"));
-    let fields: Vec<_> = dust.chain(scene.emission.iter().map(|gas| (&gas.density, 1.0, &*gas.name))).collect();
+    let fields: Vec<_> = dust.chain(scene.species().iter().map(|gas| (&gas.density, 1.0, &*gas.name))).collect();
     memory::check("densities of a brick", 4 * (fields.len() * lattice.cells()) as u64, options.memory_limit)?;
     let sampled = |(field, factor, name): (&Arc<dyn Field>, f64, &str)| {
         let grid = Grid::filled(lattice.clone(), |places, values| {

@@ -108,7 +108,7 @@ impl SpatialPlan {
     fn sampled(scene: &Scene, options: &Options, resolution: BakeResolution, control: &Control) -> Result<Self> {
         let dust = scene.dust.as_ref().map(|d| baked(&d.density, d.sigma_v_per_pc, "dust", options, resolution, control)).transpose()?;
         let emission =
-            scene.emission.iter().map(|e| baked(&e.density, 1.0, &e.name, options, resolution, control)).collect::<Result<Vec<_>>>()?;
+            scene.species().iter().map(|e| baked(&e.density, 1.0, &e.name, options, resolution, control)).collect::<Result<Vec<_>>>()?;
         let bricks: Vec<Bricks> = dust.iter().chain(&emission).map(Bricks::new).collect();
         let mut space = Self {
             volumes: Vec::new(),

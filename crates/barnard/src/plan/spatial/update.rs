@@ -181,6 +181,7 @@ mod tests {
     use crate::field::Fbm;
     use crate::fixtures::{dust, on_axis, scene, star};
     use crate::plan::{Options, Plan, Planned, Planner, Quality};
+    use crate::scene::SceneSpec;
     use crate::stored::Precision;
 
     const BEFORE: DVec3 = DVec3::new(-0.3, 0.4, 0.2);
@@ -194,7 +195,7 @@ mod tests {
     fn pair(cloud: &Arc<dyn Field>, place: DVec3, scale: f64) -> Scene {
         let stars = [star(9000.0, 1.0, 0.1 * DVec3::X), star(4000.0, 1.0, place)];
         let camera = on_axis(4.0, 30.0, (4, 4));
-        stars.into_iter().fold(scene(camera, 20).dust(dust(cloud.clone(), "ccm89", scale)), Scene::star)
+        stars.into_iter().fold(scene(camera, 20).with_dust(dust(cloud.clone(), "ccm89", scale)), SceneSpec::with_star).build().unwrap()
     }
 
     fn plan(place: DVec3) -> Planned {
@@ -217,8 +218,7 @@ mod tests {
             let followed = space.updated(&scene, &Options::default(), &control).unwrap();
             (followed, SpatialPlan::new(&scene, &Options::default(), &control).unwrap())
         };
-        let mut colder = first.clone();
-        colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);
+        let colder = first.edited(|spec| spec.stars[0] = star(5000.0, 1.0, first.stars[0].position)).unwrap();
         assert!(Arc::ptr_eq(&follow(colder).0.unwrap(), &space));
         let (moved, new) = follow(pair(&cloud, THERE, 4.0));
         assert!(data(&moved.unwrap()) == data(&new) && data(&space) != data(&new));
@@ -236,22 +236,19 @@ mod tests {
                 && (new.star_depth / space.star_depth - 1.75).abs() < 1e-4,
             "{worst}"
         );
-        let mut hidden = first.clone();
-        hidden.stars[0].visible = false;
+        let hidden = first.edited(|spec| spec.stars[0].visible = false).unwrap();
         let (fewer, new) = follow(hidden);
         assert!(data(&fewer.unwrap()) == data(&new));
         let larger: Arc<dyn Field> = Arc::new(Fbm { radius: 1.1, ..Fbm::new(1) });
         assert!(follow(pair(&larger, BEFORE, 4.0)).0.is_none());
-        let mut finer = first.clone();
-        finer.method.bake = Some(22);
+        let finer = first.edited(|spec| spec.method.bake = Some(22)).unwrap();
         assert!(follow(finer).0.is_none());
-        let mut halves = first.clone();
-        halves.method.volumes = Precision::Half;
+        let halves = first.edited(|spec| spec.method.volumes = Precision::Half).unwrap();
         let (none, new) = follow(halves.clone());
         assert!(none.is_none() && new.volumes.iter().all(|volume| volume.precision() == Precision::Half));
         // Halves of more dust are those of less but for their units.
-        halves.dust = pair(&cloud, BEFORE, 7.0).dust;
-        let denser = Arc::new(new.clone()).updated(&halves, &Options::default(), &control).unwrap().unwrap();
+        let denser = halves.edited(|spec| spec.dust = pair(&cloud, BEFORE, 7.0).dust.clone()).unwrap();
+        let denser = Arc::new(new.clone()).updated(&denser, &Options::default(), &control).unwrap().unwrap();
         let of_depths = |space: &SpatialPlan| space.volumes.iter().map(|v| v.largest(1)).collect::<Vec<_>>();
         assert!(of_depths(&denser).iter().zip(of_depths(&new)).all(|(more, less)| (more / less / 1.75 - 1.0).abs() < 1e-4));
     }
@@ -262,12 +259,10 @@ mod tests {
         // An array: functions are sampled anew, as finely as a picture needs.
         let bounds = crate::geometry::Bounds { low: DVec3::splat(-1.0), high: DVec3::splat(1.0) };
         let array: Arc<dyn Field> = Arc::new(crate::field::Grid::new([8; 3], bounds, vec![1.0; 512]).unwrap());
-        let mut first = pair(&array, BEFORE, 0.1);
-        first.method.accuracy = 0.05;
+        let first = pair(&array, BEFORE, 0.1).edited(|spec| spec.method.accuracy = 0.05).unwrap();
         let (options, control) = (Options::default(), Control::default());
         let before = Planner::new(&options).plan(&first, None, &control).unwrap();
-        let mut colder = first.clone();
-        colder.stars[0] = star(5000.0, 1.0, first.stars[0].position);
+        let colder = first.edited(|spec| spec.stars[0] = star(5000.0, 1.0, first.stars[0].position)).unwrap();
         let after = Planner::new(&options).plan(&colder, Some(&before), &control).unwrap();
         let shared = |(a, b): (&Arc<Volume>, &Arc<Volume>)| Arc::ptr_eq(a, b);
         assert_eq!((before.space.star_factor, after.space.star_factor), (1, 1));

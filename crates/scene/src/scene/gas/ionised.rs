@@ -3,14 +3,10 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use spectra::fingerprint::Fingerprint;
-use spectra::spectrum::Spectrum;
 
 use super::cloud::GasCloud;
 use crate::field::{Field, Grid};
-
-/// A species of a gas: its name, its density, and the emission coefficient of density 1 \[W m⁻³ sr⁻¹ µm⁻¹, lines W m⁻³ sr⁻¹\].
-pub type Glow = (String, Arc<dyn Field>, Spectrum);
+use crate::scene::species::Emission;
 
 /// The part of a star's photons that leaves the cloud which is told.
 const ESCAPED: f64 = 0.005;
@@ -36,12 +32,10 @@ pub struct IonisedGas {
     pub by: String,
     /// The part of steps in which the gas did not settle.
     pub unsettled: f64,
-    /// Fingerprint of the stars and passbands that its species are derived from.
-    pub(in crate::scene) derived_from: Fingerprint,
     /// True if it was solved on few voxels, for a first look.
     pub is_rough: bool,
     /// Its species: one for each line that is seen, or some that always shine together, and one for the continuum.
-    pub(in crate::scene) species: Vec<Glow>,
+    pub(in crate::scene) species: Vec<Emission>,
 }
 
 impl IonisedGas {
@@ -52,22 +46,18 @@ impl IonisedGas {
             let values = density.grid().map(|grid| grid.values().into_owned()).unwrap_or_default();
             values.into_par_iter().map(|value| (f64::from(value) * factor) as f32).collect()
         };
-        let mut add = |name: &String, spectrum: &Spectrum, values: Vec<f32>| {
-            species.push((
-                name.clone(),
-                Arc::new(Grid::from_lattice(self.cloud.lattice.clone(), values)) as Arc<dyn Field>,
-                spectrum.clone(),
-            ));
+        let mut add = |emission: &Emission, values: Vec<f32>| {
+            species.push(Emission { density: Arc::new(Grid::from_lattice(self.cloud.lattice.clone(), values)), ..emission.clone() });
         };
-        for (name, density, spectrum) in &self.species {
-            let mut own = scaled(density, 1.0 - part);
-            if let Some((_, other, _)) = later.species.iter().find(|other| other.0 == *name) {
-                own.par_iter_mut().zip(scaled(other, part)).for_each(|(own, other)| *own += other);
+        for earlier in &self.species {
+            let mut values = scaled(&earlier.density, 1.0 - part);
+            if let Some(other) = later.species.iter().find(|other| other.name == earlier.name) {
+                values.par_iter_mut().zip(scaled(&other.density, part)).for_each(|(value, other)| *value += other);
             }
-            add(name, spectrum, own);
+            add(earlier, values);
         }
-        for (name, density, spectrum) in later.species.iter().filter(|other| self.species.iter().all(|own| own.0 != other.0)) {
-            add(name, spectrum, scaled(density, part));
+        for new in later.species.iter().filter(|new| self.species.iter().all(|known| known.name != new.name)) {
+            add(new, scaled(&new.density, part));
         }
         Self { species, ..self.clone() }
     }

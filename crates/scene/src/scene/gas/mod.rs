@@ -16,7 +16,7 @@ pub use ionised::IonisedGas;
 pub use model::Gas;
 pub(super) use model::{Solver, sources};
 
-use super::{Fields, Loader, Star, emission, fields, motion, star};
+use super::{Fields, Loader, Star, emission, fields, star};
 use crate::error::Result;
 use crate::properties::{
     Choice, Choices, Entry, Formula, Integer, Key, KeyRow, Number, Numbers, OrDefault, Range, Required, Section, Text, Type, ValueType,
@@ -78,7 +78,7 @@ pub(super) const KEYS: &[KeyRow] = &[
     DIFFUSE.row,
     DOPPLER_FWHM.row,
     fields::VELOCITY.row,
-    motion::STEP.row,
+    fields::VELOCITY_STEP.row,
 ];
 
 impl Choices for Diffuse {
@@ -96,6 +96,7 @@ pub(super) fn build(section: &Section, fields: &Fields) -> Result<Gas> {
         temperature: section.read(&TEMPERATURE)?,
         diffuse: section.read(&DIFFUSE)?,
         doppler_fwhm: section.read(&DOPPLER_FWHM)?,
+        motion: fields.motion(section)?,
     })
 }
 

@@ -10,16 +10,16 @@ use ionisation::tracer::RayTracer;
 use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::nebular::recombination_continuum;
 use spectra::passband::Passband;
+use spectra::spectrum::Spectrum;
 use spectra::units::{NumberDensity, Temperature, Velocity};
 
-use super::ionised::Glow;
 use super::species::Species;
 use super::{ABUNDANCE_SETS, DUST_ABSORPTION, GasCloud, IonisedGas, IonisingStar, TEMPERATURE, VOXELS, ionised};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::field::{Field, Grid, IntoField, Lattice};
+use crate::field::{Field, Grid, IntoField, Lattice, fingerprint};
 use crate::memory;
-use crate::scene::{Emission, Scene, Star, star};
+use crate::scene::{Emission, Motion, Star, star};
 
 /// Stars that ionise a gas at most.
 const MOST_STARS: usize = 64;
@@ -33,24 +33,6 @@ const DARK: f64 = 1e-3;
 const ROUGH: usize = 48;
 
 /// Gas that the stars of a scene ionise, as `[gas]` states it.
-///
-/// # Examples
-/// ```
-/// use barnard_scene::field::Sphere;
-/// use barnard_scene::glam::{DVec3, dvec3};
-/// use barnard_scene::scene::{Gas, Scene, Star};
-/// use barnard_scene::{Camera, Control};
-/// use spectra::units::{Length, Luminosity, Temperature};
-///
-/// let gas = Gas::new(Sphere::new(DVec3::ZERO, 1.0)?).with_voxels(12);
-/// let star = Star::blackbody(Temperature(40_000.0), Luminosity::suns(1e5));
-/// let scene = Scene::new(Camera::look_at(dvec3(0.0, 0.0, 8.0), DVec3::ZERO)).star(star);
-/// let mut scene = scene.ionised(&gas, 1 << 30, &Control::default())?;
-/// assert!(scene.gas.as_ref().is_some_and(|gas| gas.temperature.is_some()) && scene.check().is_ok());
-/// scene.stars.clear();
-/// assert!(scene.check().is_err(), "the gas was ionised by another star");
-/// # Ok::<(), barnard_scene::Error>(())
-/// ```
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Gas {
@@ -68,6 +50,8 @@ pub struct Gas {
     pub diffuse: Diffuse,
     /// Turbulent full width at half maximum of the lines.
     pub doppler_fwhm: Velocity,
+    /// Velocity, which shifts the lines; `None` for gas at rest.
+    pub motion: Option<Motion>,
 }
 
 /// Means by which a gas is solved.
@@ -99,6 +83,7 @@ impl Gas {
             temperature: None,
             diffuse: Diffuse::Outward,
             doppler_fwhm: Velocity(0.0),
+            motion: None,
         }
     }
 
@@ -124,6 +109,22 @@ impl Gas {
     #[must_use]
     pub fn with_dust_absorption(self, dust_cm2: f64) -> Self {
         Self { dust_cm2, ..self }
+    }
+
+    /// Copy of the gas in motion.
+    #[must_use]
+    pub fn with_motion(self, motion: Motion) -> Self {
+        Self { motion: Some(motion), ..self }
+    }
+
+    /// Fingerprint of all that its state depends on beside the stars and passbands.
+    pub(in crate::scene) fn fingerprint(&self) -> Fingerprint {
+        let Self { density, abundances, voxels, dust_cm2, temperature, diffuse, doppler_fwhm, motion } = self;
+        let mut digest = Digest::new("gas");
+        digest.part(fingerprint(&**density)).numbers(abundances).plain(voxels).number(*dust_cm2);
+        digest.plain(temperature).plain(diffuse).plain(doppler_fwhm);
+        Motion::content(motion.as_ref(), &mut digest);
+        digest.finish()
     }
 
     /// Refuses what no scene file may state.
@@ -176,6 +177,11 @@ impl Gas {
         Ok(cloud)
     }
 
+    /// A species of the gas, which moves as the gas does.
+    fn species(&self, name: String, density: Arc<dyn Field>, spectrum: Spectrum) -> Emission {
+        Emission { name, density, spectrum, motion: self.motion.clone() }
+    }
+
     /// Ionised state of the gas, and the species that glow in some passbands.
     ///
     /// # Errors
@@ -223,55 +229,17 @@ impl Gas {
         for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
             if counts {
                 let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
-                glow.push((species.name(), gridded(values), species.spectrum().broadened(thermal).broadened(self.doppler_fwhm)));
+                let spectrum = species.spectrum().broadened(thermal).broadened(self.doppler_fwhm);
+                glow.push(self.species(species.name(), gridded(values), spectrum));
             }
         }
         if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
             let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
             let spectrum = recombination_continuum(at.0, at.1)?;
-            glow.push(("hydrogen's continuum".into(), gridded(pairs), spectrum));
+            glow.push(self.species("hydrogen's continuum".into(), gridded(pairs), spectrum));
         }
         let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
         let (escaped, passes, change, by) = (found.escaped, found.passes, found.change, found.by);
-        let derived_from = sources(stars, bands);
-        Ok(IonisedGas {
-            derived_from,
-            cloud,
-            temperature,
-            electrons,
-            escaped,
-            passes,
-            change,
-            by,
-            unsettled,
-            is_rough: solver.is_rough,
-            species: glow,
-        })
-    }
-}
-
-impl Scene {
-    /// Copy of the scene with gas that its stars ionise: its species glow in the scene's passbands, in place of those of a gas before.
-    ///
-    /// # Errors
-    /// More than 64 ionising stars, more than `memory_limit` bytes, densities that are none, and interruption by the user.
-    pub fn ionised(mut self, gas: &Gas, memory_limit: u64, control: &Control) -> Result<Self> {
-        let solver = Solver { is_rough: false, memory_limit, tracer: None, control };
-        let ionised = gas.ionised_by(&self.stars, &self.bands, &solver)?;
-        let replaced = self.gas.take().map_or_else(Vec::new, |before| before.species.clone());
-        self.emission.retain(|own| replaced.iter().all(|(_, density, _)| !Arc::ptr_eq(density, &own.density)));
-        let glow = |(name, density, spectrum): Glow| Emission { name, density, spectrum };
-        self.emission.extend(ionised.species.iter().cloned().map(glow));
-        self.gas = Some(Arc::new(ionised));
-        Ok(self)
-    }
-
-    /// Refuses a gas that was ionised by other stars, or for other passbands.
-    pub(in crate::scene) fn check_gas(&self) -> Result<()> {
-        if self.gas.as_ref().is_none_or(|gas| gas.derived_from == sources(&self.stars, &self.bands)) {
-            return Ok(());
-        }
-        let problem = "the gas was ionised by other stars or for other passbands";
-        Err(Error::conflict(problem, "solve it again with Scene::ionised"))
+        Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: solver.is_rough, species: glow })
     }
 }

@@ -221,9 +221,11 @@ mod tests {
         let rule = gauss_legendre(64);
         for size in [3, 6] {
             let camera = on_axis(4.0, 30.0, (4, 4));
-            let mut scene = scene(camera, 8).dust(dust(ball(1.0), "inverse_wavelength", 4.0)).star(star(9000.0, 1.0, glam::DVec3::ZERO));
-            scene.method = scene.method.with_name("projection").unwrap();
-            scene.method.settings.count = Some(size);
+            let mut spec =
+                scene(camera, 8).with_dust(dust(ball(1.0), "inverse_wavelength", 4.0)).with_star(star(9000.0, 1.0, glam::DVec3::ZERO));
+            spec.method = spec.method.with_name("projection").unwrap();
+            spec.method.settings.count = Some(size);
+            let scene = spec.build().unwrap();
             let plan = Planner::new(&crate::plan::Options::default())
                 .with_quality(Quality::Fixed(10))
                 .plan(&scene, None, &crate::control::Control::default())

@@ -1,8 +1,6 @@
 //! Moments of a scene that changes: which is shown, and views that become keys of the camera.
 
-use eframe::egui::{Context, Key, Modifiers};
-
-use super::App;
+use super::Model;
 use crate::edit::{Edit, table};
 use crate::flight::Flight;
 use crate::keyframes::{SAME, dropped, keyed, moments};
@@ -14,7 +12,7 @@ const BETWEEN: f64 = 3.0;
 /// The time that the bar reaches beyond the last key, for another one [s].
 const BEYOND: f64 = 5.0;
 
-impl App {
+impl Model {
     /// Duration of the scene \[s\]; `None` if nothing changes.
     pub fn duration(&self) -> Option<f64> {
         let frames = self.document.scene().timeline.as_ref()?.frames;
@@ -60,18 +58,6 @@ impl App {
                 self.complain(error);
             }
         }
-    }
-
-    /// Goes on by itself, at the pace of the clock on the wall; at the end it stands.
-    pub(super) fn tick(&mut self, ctx: &Context) {
-        if !self.clock.playing {
-            return;
-        }
-        let (step, end) = (f64::from(ctx.input(|i| i.stable_dt)).min(0.5), self.duration().unwrap_or(0.0));
-        let time = (self.clock.time + step).min(end.max(self.clock.time));
-        self.clock.playing = time < end;
-        self.seek(time);
-        ctx.request_repaint();
     }
 
     /// Begins to play, from the start where the end was reached, or stands still.
@@ -124,7 +110,7 @@ impl App {
     }
 
     /// Makes keys of all bookmarks, one after the other.
-    pub fn of_bookmarks(&mut self) {
+    pub fn keys_of_bookmarks(&mut self) {
         let scene = self.document.scene().clone();
         let mut edit = Edit::remove("camera", "path").and(Edit::remove("camera", "crop"));
         for (i, camera) in scene.bookmarks.values().enumerate() {
@@ -138,20 +124,5 @@ impl App {
         }
         self.apply(edit.with_name("keys of bookmarks"));
         self.seek(0.0);
-    }
-
-    /// Keys of the timeline: K sets one, the space bar plays.
-    pub(super) fn moment_keys(&mut self, ctx: &Context) {
-        let pressed = |key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-        if pressed(Key::K) {
-            self.layout.timeline = true;
-            self.set_key();
-        }
-        if pressed(Key::Space) && self.document.scene().timeline.is_some() {
-            self.play();
-        }
-        if pressed(Key::T) {
-            self.layout.timeline = !self.layout.timeline;
-        }
     }
 }

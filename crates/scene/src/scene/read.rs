@@ -1,0 +1,167 @@
+//! Scenes from trees of properties.
+
+use std::sync::Arc;
+
+use spectra::fingerprint::Digest;
+use spectra::passband::Passband;
+
+use super::root::*;
+use super::{
+    Background, Fields, Film, IonisedGas, Loader, Scene, SceneSpec, Star, background, band, catalogue, detail, display, dust, emission,
+    fields, film, gas, method, observation, output, spectrograph, star_table,
+};
+use crate::animation::Timeline;
+use crate::camera;
+use crate::error::{Error, Result};
+use crate::instrument::Instrument;
+use crate::observation::Observation;
+use crate::properties::{Section, Table};
+
+impl Scene {
+    /// Reads a scene from its properties; `name` is what it is called where it does not say. One that changes is read as it
+    /// is at the loader's [moment](Loader::at).
+    ///
+    /// # Errors
+    /// If a key is unknown or missing, a value is wrong, a file cannot be read, and those of [`check`](Self::check);
+    /// each says its place.
+    pub fn from_properties(table: &Table, name: &str, loader: &Loader) -> Result<Self> {
+        let inputs = loader.inputs.recording();
+        match Timeline::build(&Section::root(table), &inputs)? {
+            None => Self::still(table, name, loader, None),
+            Some(timeline) => {
+                let film = Film { timeline: &timeline, tree: table, time: loader.moment };
+                let mut scene = Self::still(&timeline.at(table, loader.moment)?, name, loader, Some(film))?;
+                scene.spec.inputs.extend(inputs.notes());
+                scene.spec.timeline = Some(Arc::new(timeline));
+                Ok(scene)
+            }
+        }
+    }
+
+    /// Reads a scene without changes from its properties; `film` says which moment of a film it is.
+    ///
+    /// # Errors
+    /// If a key is unknown or missing, or a value is out of range.
+    pub fn still(table: &Table, name: &str, loader: &Loader, film: Option<Film>) -> Result<Self> {
+        let root = &Section::root(table);
+        root.check(ROOT)?;
+        let loader = &loader.recording();
+        let inputs = &loader.inputs;
+        let camera = camera::build(&root.read(&CAMERA)?, inputs)?;
+        let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, inputs, &camera)?));
+        let bookmarks = root.read(&BOOKMARK)?.unwrap_or_default().into_iter().map(bookmark).collect::<Result<_>>()?;
+        let spectrograph = root.read(&SPECTROGRAPH)?.map(|s| spectrograph::build(&s).map(|found| (found, s))).transpose()?;
+        let bands = match &spectrograph {
+            Some((spectrograph, section)) => {
+                root.refuse(&[&band::BANDS.row, &BAND.row], "custom passbands, without [spectrograph]")?;
+                spectrograph::bands(section, spectrograph)?
+            }
+            None => band::build(root, inputs)?,
+        };
+        let mut spectrograph = spectrograph.map(|(found, _)| found);
+        let stars = star_table::stars(root, loader)?;
+        let display = display::build(root.read(&DISPLAY)?.as_ref(), &bands)?;
+        let observation = root.read(&OBSERVATION)?.map(|s| observation::build(&s)).transpose()?;
+        let background = root.read(&BACKGROUND)?.map(|s| Self::behind(&s, loader, observation.as_ref())).transpose()?;
+        let instrument = root.read(&INSTRUMENT)?.map(|s| Instrument::from_properties(s.properties(), inputs).map(Arc::new)).transpose()?;
+        let output = output::build(root.read(&OUTPUT)?.as_ref())?;
+        let method = method::build(root.read(&METHOD)?.as_ref())?;
+        let detail = root.read(&DETAIL)?.map(|s| detail::build(&s)).transpose()?;
+        // Fields may take long: whatever else the text says is read first.
+        let fields = Fields::new(root, loader)?;
+        let dust = root.read(&DUST)?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
+        let emission = root
+            .read(&EMISSION)?
+            .unwrap_or_default()
+            .into_iter()
+            .map(|s| Ok((emission::build(&s, loader, &fields)?, s)))
+            .collect::<Result<Vec<_>>>()?;
+        let gas = root.read(&GAS)?.map(|s| Ok::<_, Error>((gas::build(&s, &fields)?, s))).transpose()?;
+        let ionised = gas.as_ref().map(|(_, section)| ionised(section, &fields, &stars, &bands, film, loader)).transpose()?;
+        let glow =
+            gas.iter().zip(&ionised).flat_map(|((_, section), ionised)| ionised.species.iter().map(move |species| (species, section)));
+        let mut species = Vec::new();
+        let mut at_rest = Vec::new();
+        for (emission, section) in emission.iter().map(|(emission, section)| (emission, section)).chain(glow) {
+            at_rest.extend(emission.spectrum.lines().iter().map(|line| line.lambda_um));
+            let shifted = emission.shifted(&camera, inputs.memory_limit, &loader.control);
+            species.extend(section.wrap(fields::VELOCITY.name, shifted)?);
+        }
+        if let Some(spectrograph) = &mut spectrograph {
+            spectrograph.axis.rest_um = spectrograph.axis.rest_um.or_else(|| spectrograph.only_line(&at_rest));
+        }
+        let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas| gas.is_rough);
+        let spec = SceneSpec {
+            name: root.read(&NAME)?.unwrap_or(name).to_owned(),
+            description: root.read(&DESCRIPTION)?.unwrap_or("").to_owned(),
+            camera,
+            bookmarks,
+            dust,
+            emission: emission.into_iter().map(|(emission, _)| emission).collect(),
+            gas: gas.map(|(gas, _)| gas),
+            stars,
+            background: background.unwrap_or_default(),
+            detail,
+            bands,
+            spectrograph,
+            display,
+            observation,
+            instrument,
+            output,
+            method,
+            timeline: None,
+            is_rough,
+            provenance: None,
+            inputs: inputs.notes(),
+        };
+        let (ionised_from, species_from) = spec.sources();
+        let scene = Self { spec, species, species_from, ionised, ionised_from };
+        scene.check().map_err(|error| placed(error, root))?;
+        Ok(scene)
+    }
+
+    /// Reads what lies behind the cloud; stars of a catalogue that was read before are taken again.
+    fn behind(section: &Section, loader: &Loader, observation: Option<&Observation>) -> Result<Background> {
+        let placed = |table: Section| {
+            table.check(catalogue::KEYS)?;
+            let stars = loader.catalogue(table.fingerprint(), || catalogue::build(&table, &loader.inputs))?;
+            catalogue::placed(&table, stars, observation)
+        };
+        let catalogue = section.table("catalogue")?.map(placed).transpose()?;
+        background::build(section, &loader.inputs, catalogue)
+    }
+}
+
+/// State of the gas of a table: that of a film is a mean over the stars of its moments.
+fn ionised(
+    section: &Section,
+    fields: &Fields,
+    stars: &[Star],
+    bands: &[Passband],
+    film: Option<Film>,
+    loader: &Loader,
+) -> Result<Arc<IonisedGas>> {
+    // The mean over the stars of several moments.
+    let solved = |moments: &[&[Star]]| {
+        let mut content = Digest::new("gas");
+        content.part(section.fingerprint()).part(fields.fingerprint());
+        for stars in moments {
+            content.part(gas::sources(stars, bands));
+        }
+        loader.gas(content.finish(), || gas::mean(moments, |stars| gas::solve(section, loader, fields, stars, bands)))
+    };
+    let Some(film) = film.filter(|_| !loader.is_rough) else { return solved(&[stars]) };
+    let Some([(before, first), (present, second), (after, third)]) = film.around(section, fields, loader)? else { return solved(&[stars]) };
+    let solve = |knot: &film::Knot| solved(&knot.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    let earlier = solve(&before)?.mixed(&*solve(&present)?, second / (first + second));
+    Ok(Arc::new(earlier.mixed(&*solve(&after)?, third)))
+}
+
+/// Copy of the error with the line of the text, where the tree that the scene is from knows it.
+fn placed(error: Error, root: &Section) -> Error {
+    let Error::Scene { message, place } = error else { return error };
+    let table = if place.path.is_empty() { place.key.as_str() } else { place.path.split('.').next().unwrap_or("") };
+    // Passbands of one's own stand elsewhere.
+    let key = if table == "bands" && root.has(&BAND) { "band" } else { table };
+    root.error(key, message)
+}
