@@ -311,9 +311,9 @@ class _Work:
         """Effect of all bricks on the rays."""
         marched = []
         for place in native.front_to_back():
-            held = native.held(place)
-            of = lambda bricks: [own.part(held) for own in bricks]  # noqa: B023, E731
-            own = None if dust is None else dust.part(held)
+            voxels = native.stored(place)
+            of = lambda bricks: [own.part(voxels) for own in bricks]  # noqa: B023, E731
+            own = None if dust is None else dust.part(voxels)
             marched.append(self.submit(tasks.march, self.shared, place, own, of(depths), of(gas)))
         rest = self._finished(marched)
         while len(rest) > 1:

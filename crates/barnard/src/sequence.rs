@@ -104,8 +104,8 @@ impl Sequence {
     pub fn pilots(&self) -> Vec<f64> {
         let frames = self.frames();
         let count = (frames.count / FRAMES_PER_PILOT).clamp(PILOTS.0.min(frames.count), PILOTS.1);
-        let of = |i: u64| if count > 1 { i * (frames.count - 1) / (count - 1) } else { 0 };
-        (0..count).map(|i| frames.time(frames.first + of(i) as i64)).collect()
+        let pilot = |i: u64| if count > 1 { i * (frames.count - 1) / (count - 1) } else { 0 };
+        (0..count).map(|i| frames.time(frames.first + pilot(i) as i64)).collect()
     }
 }
 
@@ -153,10 +153,10 @@ impl Follower {
         };
         let still = timeline.at(tree, time).map_err(at_moment)?;
         let content = but_for_camera(&still);
-        let known = self.read.as_ref().filter(|(of, _)| *of == content).map(|(_, scene)| scene.clone());
+        let known = self.read.as_ref().filter(|(known, _)| *known == content).map(|(_, scene)| scene.clone());
         let scene = match (known, still.get("camera").map(|property| &property.value)) {
-            (Some(scene), Some(Value::Table(own))) => {
-                let camera = camera::build(&Section::new(own, "camera"), &loader.inputs).map_err(at_moment)?;
+            (Some(scene), Some(Value::Table(table))) => {
+                let camera = camera::build(&Section::new(table, "camera"), &loader.inputs).map_err(at_moment)?;
                 scene.edited_within(loader.inputs.memory_limit, control, |spec| spec.camera = camera).map_err(at_moment)?
             }
             _ => {
@@ -176,7 +176,7 @@ impl Follower {
         let Options { memory_limit, star_depth_voxels, .. } = *options;
         let inputs = Inputs { physics: scene.parts().physics(), choices: choices.clone(), memory_limit, star_depth_voxels };
         let plan = match self.planned.take() {
-            Some((of, planned)) if of == inputs => planned.with_scene(scene.into(), control)?,
+            Some((known, planned)) if known == inputs => planned.with_scene(scene.into(), control)?,
             before => {
                 let planner = Planner::new(options).with_quality(Quality::Chosen(choices.clone()));
                 planner.plan(scene, before.as_ref().map(|(_, planned)| planned), control)?
@@ -224,8 +224,8 @@ impl FrameSettings {
             let scene = &scene(*time)?;
             let plan = Planner::new(options).plan(scene, before.as_ref(), &control)?;
             display.get_or_insert_with(|| scene.display.clone());
-            let own = Choices::of(&plan);
-            choices = Some(choices.map_or_else(|| own.clone(), |all| all.and(&own)));
+            let choices_here = Choices::of(&plan);
+            choices = Some(choices.map_or_else(|| choices_here.clone(), |all| all.and(&choices_here)));
             if is_open(&scene.display) {
                 let (width, height) = (scene.camera.width, scene.camera.height);
                 let scale = PILOT_EDGE as f64 / width.max(height).max(PILOT_EDGE) as f64;
@@ -248,16 +248,16 @@ impl FrameSettings {
     }
 
     /// A display of one frame, with the levels that hold where it leaves them to be found.
-    pub fn display(&self, own: &Display) -> Display {
+    pub fn display(&self, stated: &Display) -> Display {
         let shared = &self.display;
         Display {
-            palette: if own.balance { shared.palette.clone() } else { own.palette.clone() },
+            palette: if stated.balance { shared.palette.clone() } else { stated.palette.clone() },
             balance: false,
-            stretch: own.stretch,
-            black: own.black,
-            white: if own.white == Level::Auto { shared.white } else { own.white },
-            bits: own.bits,
-            glare: own.glare,
+            stretch: stated.stretch,
+            black: stated.black,
+            white: if stated.white == Level::Auto { shared.white } else { stated.white },
+            bits: stated.bits,
+            glare: stated.glare,
         }
     }
 }
@@ -269,9 +269,9 @@ fn is_open(display: &Display) -> bool {
 
 /// A display with the levels that some pictures ask for, the median of each: one that flies past a star asks for far too much.
 fn found(display: &Display, tones: &[Tone]) -> Display {
-    let median = |of: &dyn Fn(&Tone) -> f64| {
+    let median = |quantity: &dyn Fn(&Tone) -> f64| {
         let mut order: Vec<usize> = (0..tones.len()).collect();
-        order.sort_by(|a, b| of(&tones[*a]).total_cmp(&of(&tones[*b])));
+        order.sort_by(|a, b| quantity(&tones[*a]).total_cmp(&quantity(&tones[*b])));
         order[(order.len() - 1) / 2]
     };
     // Columns of a band differ by how much it is brightened alone.

@@ -95,8 +95,8 @@ fn many_bounces_are_those_of_the_path_tracer() {
         let truth = again(&scene(g, bounces), bounces, samples);
         let once = radiance(&plan(&scene(g, bounces)).without_scattered_field());
         let many = |g: f64, bounces: usize| error(&radiance(&plan(&scene(g, bounces))), &once, &truth);
-        let own = many(g, bounces);
-        assert!(own < 0.05, "g {g}, {bounces} bounces: {own}");
+        let mean = many(g, bounces);
+        assert!(mean < 0.05, "g {g}, {bounces} bounces: {mean}");
         let share = truth.0.iter().sum::<f64>() / (truth.0.iter().sum::<f64>() + once.iter().sum::<f64>());
         assert!(share > 0.2, "{share}");
         for (g, bounces) in [(-g, if bounces == 2 { 4 } else { 2 }), (g, 1), (if g == 0.0 { 0.9 } else { -g }, bounces)] {
@@ -198,7 +198,8 @@ bounces = 3
     for (b, band) in ["\"johnson-B\"", "\"johnson-V\"", "\"cousins-R\""].into_iter().enumerate() {
         let alone = picture(band);
         let pixels = alone.len();
-        let apart = |of: usize| barnard::image::relative_rms(all[of * pixels..][..pixels].iter().copied().zip(alone.iter().copied()));
+        let apart =
+            |picture: usize| barnard::image::relative_rms(all[picture * pixels..][..pixels].iter().copied().zip(alone.iter().copied()));
         assert!(apart(b) < 1e-3 && apart((b + 1) % 3) > 0.02, "{band}: {} {}", apart(b), apart((b + 1) % 3));
     }
 }
@@ -212,8 +213,8 @@ fn limits_are_said() {
     let (whole, coarse) = (plan(&many), within(40 << 20).unwrap());
     let cells = |plan: &Planned| plan.scattered_field().as_ref().unwrap().report.cells;
     assert!(cells(&coarse)[0] < cells(&whole)[0] && coarse.scattered_field().as_ref().unwrap().bytes() < 40 << 20);
-    let said = |plan: &Planned| plan.expected_report().words().into_iter().find(|n| n.0 == "multiple scattering").unwrap().1;
-    assert!(said(&coarse).contains("memory limit") && !said(&whole).contains("memory limit"), "{}", said(&coarse));
+    let statement = |plan: &Planned| plan.expected_report().words().into_iter().find(|n| n.0 == "multiple scattering").unwrap().1;
+    assert!(statement(&coarse).contains("memory limit") && !statement(&whole).contains("memory limit"), "{}", statement(&coarse));
     assert!(within(2 << 20).unwrap_err().to_string().contains("memory"));
     let refused = |scene: &Scene| Planner::new(&Options::default()).plan(scene, None, &Control::default()).unwrap_err().to_string();
     let lookup = refused(&scene("bounces = 3\nname = \"lookup\"\n"));

@@ -99,9 +99,9 @@ fn bricks(scene: &Scene, cuts: impl Fn([usize; 3]) -> [Vec<usize>; 3]) -> (Whole
     let whole = Whole::new(scene, dims, cuts(dims), &Options::default(), &Control::default()).unwrap();
     let stars: Vec<Grid> = whole.stars().into_iter().map(|star| depths(&grids[0], star)).collect();
     let partial = |place: [usize; 3]| {
-        let held = whole.held(place);
-        let of = |grids: &[Grid]| grids.iter().map(|grid| part(grid, &held)).collect();
-        let fields = BrickFields { dust: Some(part(&grids[0], &held)), star_depths: of(&stars), gas: of(&grids[1..]) };
+        let stored = whole.stored(place);
+        let parts = |grids: &[Grid]| grids.iter().map(|grid| part(grid, &stored)).collect();
+        let fields = BrickFields { dust: Some(part(&grids[0], &stored)), star_depths: parts(&stars), gas: parts(&grids[1..]) };
         whole.march(place, fields, &Control::default()).unwrap()
     };
     let partials = whole.front_to_back().into_iter().map(partial).collect();

@@ -45,8 +45,8 @@ fn the_referee_is_within_chance_of_every_case() {
             let truth = answer(folder, band.name());
             // Where hardly any path meets dust, what few bring says little of their own scatter.
             let faint = 0.01 * truth.band(0).fold(0.0, f64::max);
-            let own = film.estimates[b * size..][..size].iter().zip(truth.band(0)).filter(|(_, t)| *t > faint);
-            let lit: Vec<(f64, f64)> = own.map(|(e, t)| (e.mean - t, e.error())).collect();
+            let estimates = film.estimates[b * size..][..size].iter().zip(truth.band(0)).filter(|(_, t)| *t > faint);
+            let lit: Vec<(f64, f64)> = estimates.map(|(e, t)| (e.mean - t, e.error())).collect();
             let chi = lit.iter().map(|(d, e)| (d / e).powi(2)).sum::<f64>() / lit.len() as f64;
             let (off, error) = lit.iter().fold((0.0, 0.0), |(off, error), (d, e)| (off + d, error + e * e));
             println!("{} {}: chi squared {chi:.3} of {}, sum off by {:.2}", folder.display(), band.name(), lit.len(), off / error.sqrt());

@@ -70,11 +70,11 @@ fn detail_is_that_of_the_reference() {
         let truth = values(&barnard::render_reference(&noisy, 1e-4, &Control::default()).unwrap());
         let without = values(&barnard::render_reference(&plain, 1e-4, &Control::default()).unwrap());
         let changed = difference(&truth, &without);
-        let own = difference(&on_cpu(&noisy, None), &truth);
+        let default_steps = difference(&on_cpu(&noisy, None), &truth);
         let fine = difference(&on_cpu(&noisy, Some(Stepping::PerVoxel(24.0))), &truth);
-        println!("depth {depth}: detail changes {changed:.2e}; own steps {own:.2e}, fine ones {fine:.2e} off");
+        println!("depth {depth}: detail changes {changed:.2e}; own steps {default_steps:.2e}, fine ones {fine:.2e} off");
         // A sample is its density times the mean of the noise over a stretch: what both do together in it is missing.
-        assert!(changed > 0.1 && own < 0.05 * changed && fine < 0.01 * changed, "{depth}: {changed} {own} {fine}");
+        assert!(changed > 0.1 && default_steps < 0.05 * changed && fine < 0.01 * changed, "{depth}: {changed} {default_steps} {fine}");
         let other = on_cpu(&detailed(&plain, Detail { seed: 2, ..detail() }), None);
         assert!(difference(&other, &truth) > 0.5 * changed);
     }
@@ -135,13 +135,13 @@ fn detail_keeps_the_mean() {
 /// Notes of a picture: how many octaves, and how rough.
 #[test]
 fn pictures_tell_of_detail() {
-    let told = |scene: &Scene| {
+    let notes = |scene: &Scene| {
         let (image, _) = Renderer::new(&mut Cpu).render(Job::new(scene, &Options::default()).unwrap(), &Control::default()).unwrap();
         (
             image.statements().iter().any(|(about, words)| about == "detail" && words.contains("0.50 (k^-3.7)")),
             image.cards().iter().any(|k| k.name == "DETAIL"),
         )
     };
-    assert_eq!(told(&detailed(&scene(1.0), detail())), (true, true));
-    assert_eq!(told(&scene(1.0)), (false, false));
+    assert_eq!(notes(&detailed(&scene(1.0), detail())), (true, true));
+    assert_eq!(notes(&scene(1.0)), (false, false));
 }

@@ -180,9 +180,9 @@ fn back_ends_begin_anew_with_another_scene() {
     for entry in Registry::default().entries().iter().filter(|entry| entry.name != "reference") {
         let light =
             |backend: &mut dyn Backend, scene: &Scene| backend.radiance(&Job::new(scene, &options).unwrap(), &control).unwrap().samples;
-        let mut kept = (entry.open)(&one).unwrap();
-        let first = light(&mut *kept, &one);
-        let second = light(&mut *kept, &other);
+        let mut backend = (entry.open)(&one).unwrap();
+        let first = light(&mut *backend, &one);
+        let second = light(&mut *backend, &other);
         assert!(second == light(&mut *(entry.open)(&other).unwrap(), &other) && second != first, "{}", entry.name);
     }
 }
@@ -235,19 +235,19 @@ fn objects_of_ones_own_are_rendered() {
 #[test]
 fn objects_refuse_what_they_cannot_be() {
     let cube = Bounds::cube(DVec3::ZERO, 1.0);
-    let told = |error: barnard::Error| error.to_string();
-    let short = told(Grid::new([2, 2, 2], cube, vec![0.0; 7]).unwrap_err());
+    let words = |error: barnard::Error| error.to_string();
+    let short = words(Grid::new([2, 2, 2], cube, vec![0.0; 7]).unwrap_err());
     assert!(short.contains("found 7") && short.contains("2 x 2 x 2"), "{short}");
-    let negative = told(Grid::new([2, 1, 1], cube, vec![0.0, -1.0]).unwrap_err());
+    let negative = words(Grid::new([2, 1, 1], cube, vec![0.0, -1.0]).unwrap_err());
     assert!(negative.contains("[1, 0, 0]") && negative.contains("negative"), "{negative}");
-    let nan = told(Grid::new([1, 1, 2], cube, vec![f32::NAN, 0.0]).unwrap_err());
+    let nan = words(Grid::new([1, 1, 2], cube, vec![f32::NAN, 0.0]).unwrap_err());
     assert!(nan.contains("NaN") && nan.contains("[0, 0, 0]"), "{nan}");
     assert!(Grid::new([usize::MAX, 2, 2], cube, Vec::new()).is_err() && Grid::new([0, 1, 1], cube, Vec::new()).is_err());
-    assert!(told(Grid::new([1; 3], Bounds::cube(DVec3::ZERO, 0.0), vec![1.0]).unwrap_err()).contains("box"));
-    assert!(told(Plummer::new(DVec3::ZERO, -1.0).unwrap_err()).contains("core"));
-    assert!(told(Shell::new(DVec3::ZERO, 1.0, 1e-6).unwrap_err()).contains("thickness"));
-    assert!(told(Slab::new(DVec3::ZERO, DVec3::ZERO, 1.0, 1.0).unwrap_err()).contains("normal"));
-    assert!(told(Fbm { octaves: 40, ..Fbm::new(1) }.checked().unwrap_err()).contains("octaves"));
+    assert!(words(Grid::new([1; 3], Bounds::cube(DVec3::ZERO, 0.0), vec![1.0]).unwrap_err()).contains("box"));
+    assert!(words(Plummer::new(DVec3::ZERO, -1.0).unwrap_err()).contains("core"));
+    assert!(words(Shell::new(DVec3::ZERO, 1.0, 1e-6).unwrap_err()).contains("thickness"));
+    assert!(words(Slab::new(DVec3::ZERO, DVec3::ZERO, 1.0, 1.0).unwrap_err()).contains("normal"));
+    assert!(words(Fbm { octaves: 40, ..Fbm::new(1) }.checked().unwrap_err()).contains("octaves"));
 }
 
 /// A tree that no file made is read as a file is, and its errors name the path.

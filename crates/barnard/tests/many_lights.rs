@@ -182,7 +182,7 @@ fn what_did_not_change_is_not_baked_again() {
         ("position = \"0.1889", "position = \"0.2889", false),
         ("scale = \"1.2 /pc\"", "scale = \"1.5 /pc\"", false),
     ];
-    for (from, to, kept) in cases {
+    for (from, to, survivors) in cases {
         assert!(before.contains(from), "{from}");
         let scene = parsed(before.replace(from, to));
         let options = Options::within(DEFAULT_LIMIT);
@@ -192,6 +192,6 @@ fn what_did_not_change_is_not_baked_again() {
         assert!(light(&renewed) == light(&new), "{from}");
         assert!(light(&renewed) != light(&first), "{from}");
         let shares = renewed.scattered_field().as_ref().unwrap().shares(first.scattered_field().as_ref().unwrap());
-        assert_eq!(shares, kept, "{from}");
+        assert_eq!(shares, survivors, "{from}");
     }
 }

@@ -293,11 +293,11 @@ bake = 32
         let nodes = plan.spectral().common_nodes().unwrap().len();
         assert!(nodes < 48 && plan.spectral().terms() == nodes, "{name}: {nodes}");
         for band in [0, 1, 10, 25, 60, 95] {
-            let ((alone, _), own) = rendered(vec![narrow(band)]);
-            assert!(own.spectral().common_nodes().is_none());
+            let ((alone, _), single) = rendered(vec![narrow(band)]);
+            assert!(single.spectral().common_nodes().is_none());
             let relative = |plan: &Plan, band: usize| plan.certificates(band, &stats).iter().map(|(_, c)| c.relative).fold(0.0, f64::max);
             let (moved, stated) = (many.relative_rmse(band, &alone, 0), relative(&plan, band));
-            assert!(moved > 0.0 && moved <= stated + relative(&own, 0) && stated < 2e-3, "{name}, {band}: {moved:e}, stated {stated:e}");
+            assert!(moved > 0.0 && moved <= stated + relative(&single, 0) && stated < 2e-3, "{name}, {band}: {moved:e}, stated {stated:e}");
             assert!(many.relative_rmse((band + 1) % 96, &alone, 0) > 2.0 * stated, "{name}: another band would be seen");
         }
     }

@@ -46,22 +46,22 @@ visible = false
     barnard_files::parse("panorama.toml", "panorama", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap()
 }
 
-fn cameras(own: &Camera) -> [(&'static str, Camera); 5] {
-    let of = || own.clone();
+fn cameras(camera: &Camera) -> [(&'static str, Camera); 5] {
+    let copy = || camera.clone();
     [
-        ("dome", of()),
-        ("tilted dome", of().fisheye_deg(210.0, 20.0)),
-        ("all of the sphere on a dome", of().fisheye_deg(360.0, 90.0)),
-        ("sphere", of().equirectangular(32)),
-        ("cube", of().cubemap(8)),
+        ("dome", copy()),
+        ("tilted dome", copy().fisheye_deg(210.0, 20.0)),
+        ("all of the sphere on a dome", copy().fisheye_deg(360.0, 90.0)),
+        ("sphere", copy().equirectangular(32)),
+        ("cube", copy().cubemap(8)),
     ]
 }
 
 /// A camera of one pixel that looks along the ray of another's.
-fn along(own: &Camera, column: usize, row: usize) -> Camera {
-    let direction = own.ray(column as f64 + 0.5, row as f64 + 0.5).direction;
+fn along(camera: &Camera, column: usize, row: usize) -> Camera {
+    let direction = camera.ray(column as f64 + 0.5, row as f64 + 0.5).direction;
     let up = if direction.y.abs() > 0.9 { DVec3::X } else { DVec3::Y };
-    Camera::look_at(own.position, own.position + direction).up(up).field_of_view_deg(1e-4).size(1, 1)
+    Camera::look_at(camera.position, camera.position + direction).up(up).field_of_view_deg(1e-4).size(1, 1)
 }
 
 /// Each pixel is what an eye sees that looks its way; beside the circle of a dome all back ends leave black.
@@ -117,9 +117,9 @@ fn paths_see_a_dome() {
 /// Solid angles of all pixels are those of what is seen.
 #[test]
 fn pixels_fill_the_sphere() {
-    let own = scene().camera.clone().size(200, 200);
+    let camera = scene().camera.clone().size(200, 200);
     let cap = |half: f64| 2.0 * std::f64::consts::PI * (1.0 - half.to_radians().cos());
-    let [dome, tilted, around, sphere, cube] = cameras(&own).map(|(_, camera)| camera);
+    let [dome, tilted, around, sphere, cube] = cameras(&camera).map(|(_, camera)| camera);
     let all = [
         (dome, cap(90.0)),
         (tilted, cap(105.0)),
@@ -138,8 +138,8 @@ fn pixels_fill_the_sphere() {
 /// A part of a dome has the rays of the whole, and a star is drawn where its direction is.
 #[test]
 fn parts_and_places() {
-    let own = scene().camera.clone().size(120, 120);
-    for (name, camera) in cameras(&own) {
+    let small_dome = scene().camera.clone().size(120, 120);
+    for (name, camera) in cameras(&small_dome) {
         let part = camera.clone().crop(3, 5, camera.width - 6, camera.height / 2).unwrap();
         for (column, row) in [(0.5, 0.5), (9.25, 2.0), (7.0, 11.5)] {
             assert!(part.ray(column, row).direction.distance(camera.ray(column + 3.0, row + 5.0).direction) < 1e-12, "{name}");
@@ -192,22 +192,22 @@ target = "0 0 -1 pc"
 #[test]
 fn pairs_of_flat_images_are_shifted_cameras() {
     let (distance, convergence) = (0.3, 4.0);
-    let own = Camera::look_at(DVec3::new(0.5, 0.2, 6.0), DVec3::ZERO).field_of_view_deg(40.0).size(64, 36);
-    let camera = own.clone().stereo(Stereo::new(distance, convergence));
+    let flat = Camera::look_at(DVec3::new(0.5, 0.2, 6.0), DVec3::ZERO).field_of_view_deg(40.0).size(64, 36);
+    let camera = flat.clone().stereo(Stereo::new(distance, convergence));
     let [left, right] = camera.eyes().unwrap();
     for (eye, side) in [(&left, -0.5), (&right, 0.5)] {
-        assert!(eye.eyes().is_none() && eye.position.distance(own.position + side * distance * own.right) < 1e-15);
-        assert!(eye.forward == own.forward && eye.up == own.up);
+        assert!(eye.eyes().is_none() && eye.position.distance(flat.position + side * distance * flat.right) < 1e-15);
+        assert!(eye.forward == flat.forward && eye.up == flat.up);
         for (column, row) in [(0.5, 0.5), (32.0, 18.0), (60.0, 3.0)] {
-            let ray = own.ray(column, row);
-            let at_window = ray.at(convergence / ray.direction.dot(own.forward));
+            let ray = flat.ray(column, row);
+            let at_window = ray.at(convergence / ray.direction.dot(flat.forward));
             let (x, y) = eye.project(at_window).unwrap();
             assert!((x - column).abs() < 1e-9 && (y - row).abs() < 1e-9, "{x} {y}");
             let seen = eye.ray(column, row);
             assert!(seen.origin == eye.position && seen.direction.cross(at_window - eye.position).length() < 1e-12);
         }
     }
-    let near = own.ray(32.0, 18.0).at(2.0);
+    let near = flat.ray(32.0, 18.0).at(2.0);
     assert!(left.project(near).unwrap().0 > 32.0 + 1.0 && right.project(near).unwrap().0 < 32.0 - 1.0);
     // A part of a pair is a pair of parts.
     let [part, _] = camera.crop(10, 5, 20, 20).unwrap().eyes().unwrap();
@@ -220,8 +220,8 @@ fn pairs_of_flat_images_are_shifted_cameras() {
 #[test]
 fn eyes_face_every_direction() {
     let (distance, convergence) = (0.4, 3.0);
-    let own = scene().camera.clone();
-    for camera in [own.clone().equirectangular(48), own.clone().fisheye_deg(220.0, 30.0), own.clone().cubemap(12)] {
+    let dome = scene().camera.clone();
+    for camera in [dome.clone().equirectangular(48), dome.clone().fisheye_deg(220.0, 30.0), dome.clone().cubemap(12)] {
         for convergence in [convergence, f64::INFINITY] {
             let [left, right] = camera.clone().stereo(Stereo::new(distance, convergence)).eyes().unwrap();
             let mut faced = 0;
@@ -230,8 +230,8 @@ fn eyes_face_every_direction() {
                     continue;
                 }
                 let (d, l, r) = (camera.ray(column, row).direction, left.ray(column, row), right.ray(column, row));
-                let height = d.dot(own.up).asin().abs();
-                let side = d.cross(own.up).normalize();
+                let height = d.dot(dome.up).asin().abs();
+                let side = d.cross(dome.up).normalize();
                 let apart = r.origin - l.origin;
                 if height < 60f64.to_radians() {
                     assert!(apart.distance(distance * side) < 1e-12);
@@ -242,7 +242,7 @@ fn eyes_face_every_direction() {
                     assert!(apart.length() < distance && apart.cross(side).length() < 1e-12);
                 }
                 if convergence.is_finite() {
-                    let meet = own.position + convergence * d;
+                    let meet = dome.position + convergence * d;
                     assert!([l, r].iter().all(|ray| (meet - ray.origin).cross(ray.direction).length() < 1e-12));
                 } else {
                     assert!(l.direction == r.direction);
@@ -263,10 +263,10 @@ fn eyes_face_every_direction() {
 #[test]
 fn both_eyes_are_one_image() {
     let control = Control::default();
-    let own = scene().with_camera(scene().camera.clone().equirectangular(24));
+    let mono = scene().with_camera(scene().camera.clone().equirectangular(24));
     for arrangement in [Arrangement::OverUnder, Arrangement::SideBySide] {
         let stereo = Stereo { arrangement, ..Stereo::new(0.5, 3.0) };
-        let both = own.clone().with_camera(own.camera.clone().stereo(stereo));
+        let both = mono.clone().with_camera(mono.camera.clone().stereo(stereo));
         let options = Options::within(DEFAULT_LIMIT);
         let plan = Planner::new(&options).plan(&both, None, &control).unwrap();
         let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
@@ -290,22 +290,23 @@ fn both_eyes_are_one_image() {
 /// Eyes that cannot be are refused, in programs as in scene files.
 #[test]
 fn impossible_eyes_are_refused() {
-    let own = scene().camera.clone();
+    let camera = scene().camera.clone();
     for stereo in
         [Stereo::new(0.0, 1.0), Stereo::new(0.1, -1.0), Stereo::new(f64::NAN, 1.0), Stereo { merge: (1.2, 1.0), ..Stereo::new(0.1, 1.0) }]
     {
-        assert!(own.clone().stereo(stereo).check().is_err(), "{stereo:?}");
+        assert!(camera.clone().stereo(stereo).check().is_err(), "{stereo:?}");
     }
-    assert!(own.clone().stereo(Stereo::new(0.1, 1.0)).check().is_ok());
+    assert!(camera.clone().stereo(Stereo::new(0.1, 1.0)).check().is_ok());
     assert!(
-        own.orthographic_pc(3.0)
+        camera
+            .orthographic_pc(3.0)
             .stereo(Stereo::new(0.1, 1.0))
             .check()
             .unwrap_err()
             .to_string()
             .contains("orthographic camera does not support stereo")
     );
-    for (said, words) in [
+    for (keys, words) in [
         ("eye_distance = \"0 pc\"", "above zero"),
         ("convergence = \"1 pc\"", "eye_distance"),
         ("eye_distance = \"0.1 pc\"\npole_merge = [\"80 deg\", \"70 deg\"]", "ascending"),
@@ -317,11 +318,11 @@ fn impossible_eyes_are_refused() {
 kind = "fisheye"
 position = "0 0 4 pc"
 [camera.stereo]
-{said}
+{keys}
 "#
         );
         let error = barnard_files::parse("eyes.toml", "eyes", text, &barnard_files::in_folder(".", DEFAULT_LIMIT)).unwrap_err().to_string();
-        assert!(error.contains(words), "{said}: {error}");
+        assert!(error.contains(words), "{keys}: {error}");
     }
 }
 
@@ -344,7 +345,7 @@ fn star_light(camera: &Camera, towards: DVec3) -> (f64, Vec<(DVec3, f64)>) {
 /// Stars keep their flux at seams, poles, edges and corners, and their discs are round on the sphere.
 #[test]
 fn stars_keep_their_light_everywhere() {
-    let own = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z);
+    let ahead = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z);
     let places = [
         ("ahead", DVec3::new(0.1, 0.2, -1.0)),
         ("seam", DVec3::Z),
@@ -357,12 +358,12 @@ fn stars_keep_their_light_everywhere() {
         ("corner of a cube", DVec3::new(1.0, 1.0, 1.0)),
         ("another corner", DVec3::new(-1.0, 1.0, -1.0)),
     ];
-    let flat = own.clone().field_of_view_deg(30.0).size(201, 201);
+    let flat = ahead.clone().field_of_view_deg(30.0).size(201, 201);
     let truth = star_light(&flat, DVec3::new(0.01, 0.02, -1.0)).0;
     let spheres = [
-        ("sphere", own.clone().equirectangular(200)),
-        ("cube", own.clone().cubemap(64)),
-        ("full dome", own.clone().fisheye_deg(360.0, 90.0).size(200, 200)),
+        ("sphere", ahead.clone().equirectangular(200)),
+        ("cube", ahead.clone().cubemap(64)),
+        ("full dome", ahead.clone().fisheye_deg(360.0, 90.0).size(200, 200)),
     ];
     for (name, camera) in &spheres {
         let step = camera.footprint().per_pc;
@@ -377,6 +378,6 @@ fn stars_keep_their_light_everywhere() {
         }
     }
     // Half of the light at a border was lost once: so much is seen.
-    let cut = own.clone().equirectangular(200).crop(0, 0, 100, 100).unwrap();
+    let cut = ahead.clone().equirectangular(200).crop(0, 0, 100, 100).unwrap();
     assert!((star_light(&cut, DVec3::Z).0 / truth - 0.5).abs() < 0.05);
 }

@@ -29,8 +29,8 @@ fn film(scene: &Scene, bounces: usize, samples: u64) -> path::Film {
 /// ((mean − truth)/standard error)² of all pixels of one band.
 fn squares<'a>(film: &'a path::Film, truth: &'a Image, band: usize) -> impl Iterator<Item = f64> + 'a {
     let size = truth.width * truth.height;
-    let own = film.estimates[band * size..(band + 1) * size].iter();
-    own.zip(truth.band(band)).map(|(e, t)| if e.mean == t { 0.0 } else { ((e.mean - t) / e.error()).powi(2) })
+    let estimates = film.estimates[band * size..(band + 1) * size].iter();
+    estimates.zip(truth.band(band)).map(|(e, t)| if e.mean == t { 0.0 } else { ((e.mean - t) / e.error()).powi(2) })
 }
 
 /// Deviation of a χ² with `freedom` degrees of freedom from its mean, in standard deviations (Wilson & Hilferty 1931).
@@ -159,16 +159,16 @@ visible = false
     };
     // Light of all pixels, and its standard error, of bands from `first` on.
     let light = |film: &path::Film, bands: std::ops::Range<usize>| {
-        let own = bands.flat_map(|b| &film.estimates[16 * b..16 * (b + 1)]);
-        own.fold((0.0, 0.0), |(sum, error), e| (sum + e.mean, f64::hypot(error, e.error())))
+        let estimates = bands.flat_map(|b| &film.estimates[16 * b..16 * (b + 1)]);
+        estimates.fold((0.0, 0.0), |(sum, error), e| (sum + e.mean, f64::hypot(error, e.error())))
     };
     let spectral = "phase = { kind = \"henyey_greenstein\" }";
     let narrow: String = (0..12).map(|i| top_hat(412.5 + 25.0 * f64::from(i), 25.0)).collect();
     let narrow = light(&film(&scene(&narrow, spectral), MANY_BOUNCES, 1000), 0..12);
     let wide = |optics: &str| light(&film(&scene(&top_hat(550.0, 300.0), optics), MANY_BOUNCES, 6000), 0..1);
     let deviations = |(sum, error): (f64, f64)| (sum - narrow.0) / error.hypot(narrow.1);
-    let own = deviations(wide(spectral));
-    assert!(own.abs() < 3.5 && narrow.1 < 0.01 * narrow.0, "{own} deviations, error {}", narrow.1 / narrow.0);
+    let dispersed = deviations(wide(spectral));
+    assert!(dispersed.abs() < 3.5 && narrow.1 < 0.01 * narrow.0, "{dispersed} deviations, error {}", narrow.1 / narrow.0);
     let grey = deviations(wide("albedo = 0.55\nphase = { kind = \"henyey_greenstein\", g = 0.3 }"));
     assert!(grey.abs() > 5.0, "{grey}");
 }

@@ -148,11 +148,11 @@ fn compare(plates: &Plates, scene: &Scene, before: &mut Option<Planned>) -> (f64
     let (mut beyond, mut largest) = (0.0f64, 0.0f64);
     for (band, errors) in errors.chunks_exact(errors.len() / scene.bands.len()).enumerate() {
         // Where each light's error is a part of the light, that of a sum is no larger a part.
-        let (own, theirs) = (plates.certificates(&mixture, band), worst(&plan.certificates(band, &stats)));
-        let of_points = worst(&own.iter().filter(is_point).copied().collect::<Vec<_>>());
+        let (of_plates, theirs) = (plates.certificates(&mixture, band), worst(&plan.certificates(band, &stats)));
+        let of_points = worst(&of_plates.iter().filter(is_point).copied().collect::<Vec<_>>());
         for ((exposed, wanted), of_pixel) in exposed.band(band).zip(fresh.band(band)).zip(errors) {
             let error = (exposed - wanted).abs();
-            let stated = (worst(&own) + theirs) * wanted;
+            let stated = (worst(&of_plates) + theirs) * wanted;
             // Pictures are in single precision.
             let of_pixel = f64::from(*of_pixel) + (of_points + theirs + 2e-7) * wanted;
             let either = |stated: f64| if error > 0.0 { error / stated.max(1e-300) } else { 0.0 };
@@ -193,8 +193,8 @@ fn dust_becomes_more_and_less() {
     let mut most = 0.0f64;
     for change in 0..20 {
         let amount = 0.4 * (2.5f64 / 0.4).powf(Counter::new(78, change).uniform());
-        let own = Cloud { per_pc: 1.2 * amount, ..cloud.clone() }.scene(&Spectra::random(change));
-        let (beyond, largest) = compare(&plates, &own, &mut None);
+        let changed = Cloud { per_pc: 1.2 * amount, ..cloud.clone() }.scene(&Spectra::random(change));
+        let (beyond, largest) = compare(&plates, &changed, &mut None);
         assert!(beyond <= 1.0, "{amount} times: {beyond} of what is stated, {largest:e} of a pixel");
         assert!(largest < 5e-3, "{amount} times: {largest:e} of a pixel");
         most = most.max(beyond);
@@ -216,7 +216,7 @@ fn errors_of_pixels_are_small() {
     let (beyond, _) = compare(&plates, &scene, &mut None);
     assert!(beyond <= 1.0, "{beyond}");
     let mixture = plates.mixture(&scene).unwrap();
-    let relative = plates.certificates(&mixture, 0).iter().map(|(_, own)| own.relative).fold(0.0, f64::max);
+    let relative = plates.certificates(&mixture, 0).iter().map(|(_, certificate)| certificate.relative).fold(0.0, f64::max);
     let image = plates.expose(&scene, &Control::default()).unwrap();
     let (light, error) = (image.band(0).sum::<f64>(), plates.errors(&mixture)[..image.width * image.height].iter().sum::<f32>());
     println!("{relative:e} of all depths, {:e} of pixels", f64::from(error) / light);

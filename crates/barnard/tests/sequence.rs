@@ -83,10 +83,10 @@ fn followed(sequence: &Sequence, choices: &Choices, times: &[f64]) -> Image {
 #[test]
 #[ignore = "long"]
 fn frames_do_not_depend_on_those_before() {
-    let track = |of: &str, values: &str| {
+    let track = |place: &str, values: &str| {
         format!(
             r#"[[animation]]
-of = "{of}"
+of = "{place}"
 times = ["0 s", "2 s"]
 values = {values}
 "#
@@ -174,14 +174,14 @@ fn levels_are_the_median_of_the_pilots() {
     let sequence = file.sequence().unwrap();
     let shared = shared(&sequence);
     let Level::Radiance(white) = shared.display.white else { panic!("no white") };
-    let own = |time: f64| {
+    let white_at = |time: f64| {
         let scene = sequence.scene(time).unwrap();
         let camera = scene.camera.clone().supersampling(1);
         let small = scene.with_camera(camera);
         let plan = Planner::new(&Options::default()).plan(&small, None, &Control::default()).unwrap();
         small.display.tone(&pictured(&plan)).white
     };
-    let mut whites: Vec<f64> = sequence.pilots().into_iter().map(own).collect();
+    let mut whites: Vec<f64> = sequence.pilots().into_iter().map(white_at).collect();
     whites.sort_by(f64::total_cmp);
     assert!(whites.len() == 3 && whites[0] < 0.98 * whites[1] && whites[1] < 0.98 * whites[2], "{whites:?}");
     assert!((white / whites[1] - 1.0).abs() < 0.01, "{white:e} {whites:?}");
@@ -209,8 +209,8 @@ fn open_shutters_blur() {
     let images: Vec<Image> = moments.iter().map(|time| followed(&sequence, &choices, &[*time])).collect();
     let blurred = mean(images.iter().cloned().map(Ok::<_, barnard::Error>)).unwrap().unwrap();
     for i in [0, 700, 2000] {
-        let own = images.iter().map(|image| image.samples.at(i)).sum::<f64>() / 4.0;
-        assert!((blurred.samples.at(i) - own).abs() <= 1e-6 * own);
+        let mean = images.iter().map(|image| image.samples.at(i)).sum::<f64>() / 4.0;
+        assert!((blurred.samples.at(i) - mean).abs() <= 1e-6 * mean);
     }
     let small = Image::bare(1, 1, vec!["a".into()], barnard::image::Samples::Single(vec![1.0]));
     assert!(mean([Ok::<_, barnard::Error>(images[0].clone()), Ok(small)]).is_err() && mean::<barnard::Error>([]).unwrap().is_none());

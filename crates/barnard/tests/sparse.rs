@@ -111,8 +111,11 @@ fn sparse_volumes_make_the_same_picture() {
         let worst = difference(&b, &a);
         // Single precision rounds a cell's place in memory, and no value.
         assert!(worst < 1e-8, "{scale} {method}: {worst:e}");
-        let (held, of_pages, of_whole) = (sparse.space().volumes[0].held(), sparse.space().bytes(), whole.space().bytes());
-        assert!(held < 0.25 && of_pages < of_whole, "{scale} {method}: {held} of the voxels, {of_pages} and {of_whole} bytes");
+        let (stored_share, of_pages, of_whole) = (sparse.space().volumes[0].stored_share(), sparse.space().bytes(), whole.space().bytes());
+        assert!(
+            stored_share < 0.25 && of_pages < of_whole,
+            "{scale} {method}: {stored_share} of the voxels, {of_pages} and {of_whole} bytes"
+        );
         // A step more would be seen.
         let other = sparse.with_stepping(Stepping::Fixed(70));
         assert!(difference(&Renderer::new(&mut cpu::Cpu).render(&other, &Control::default()).unwrap().0, &a) > 1e-6);

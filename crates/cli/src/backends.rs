@@ -44,8 +44,8 @@ pub struct BackendName {
 
 /// The names of the back ends for the command line; of those that read a plan alone where `planned`.
 pub fn names(planned: bool) -> BackendName {
-    let own = registry();
-    let rows = own.entries().iter().filter(|entry| entry.planned || !planned);
+    let all_backends = registry();
+    let rows = all_backends.entries().iter().filter(|entry| entry.planned || !planned);
     let known = rows.map(|entry| PossibleValue::new(entry.name).help(entry.summary)).collect::<Vec<_>>();
     BackendName { known: PossibleValuesParser::new(known), lacking: LACKING }
 }

@@ -22,16 +22,16 @@ impl Claim {
     /// # Errors
     /// If nothing can be written beside it.
     pub fn of(path: &Path) -> Result<Option<Self>> {
-        let own = beside(path);
+        let claim_path = beside(path);
         for _ in 0..TRIES {
-            let open = File::options().create(true).truncate(false).write(true).open(&own);
-            let file = open.map_err(|e| Error::file(&own, format!("cannot be written: {e}")))?;
+            let open = File::options().create(true).truncate(false).write(true).open(&claim_path);
+            let file = open.map_err(|e| Error::file(&claim_path, format!("cannot be written: {e}")))?;
             match file.try_lock() {
-                Ok(()) if is_at(&file, &own) => return Ok(Some(Self { path: own, lock: Some(file) })),
+                Ok(()) if is_at(&file, &claim_path) => return Ok(Some(Self { path: claim_path, lock: Some(file) })),
                 // Whoever had it has taken it away in between.
                 Ok(()) => {}
                 Err(std::fs::TryLockError::WouldBlock) => return Ok(None),
-                Err(std::fs::TryLockError::Error(_)) => return Ok(Some(Self { path: own, lock: None })),
+                Err(std::fs::TryLockError::Error(_)) => return Ok(Some(Self { path: claim_path, lock: None })),
             }
         }
         Ok(None)
@@ -71,8 +71,8 @@ impl Drop for Claim {
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
-    let (own, there) = (file.metadata(), std::fs::metadata(path));
-    own.is_ok_and(|own| there.is_ok_and(|there| (own.dev(), own.ino()) == (there.dev(), there.ino())))
+    let (held_file, there) = (file.metadata(), std::fs::metadata(path));
+    held_file.is_ok_and(|meta| there.is_ok_and(|there| (meta.dev(), meta.ino()) == (there.dev(), there.ino())))
 }
 
 /// An open file cannot be taken away where it is not Unix.

@@ -84,8 +84,8 @@ impl<'a> Archive<'a> {
 
     /// An array of this shape, bands × height × width.
     fn plane(&self, name: &str, shape: &[u64; 3]) -> Result<Vec<f64>> {
-        let (own, values) = self.array(name)?;
-        if own == shape { Ok(values) } else { Err(self.of_another("size or number of bands")) }
+        let (found, values) = self.array(name)?;
+        if found == shape { Ok(values) } else { Err(self.of_another("size or number of bands")) }
     }
 
     fn of_another(&self, what: &str) -> Error {

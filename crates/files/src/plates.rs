@@ -61,24 +61,24 @@ fn write(zip: &mut zip::ZipWriter<impl Write + std::io::Seek>, record: &Record) 
     array("nodes", &[record.nodes.len(), 2], Written::Doubles(&nodes))?;
     array("depths", &[record.depths.len()], Written::Doubles(&record.depths))?;
     let plain = |text: &str| text.replace(['\n', '\t'], " ");
-    let notes: String = record.notes.iter().map(|(about, said)| format!("{}\t{}\n", plain(about), plain(said))).collect();
-    let names: String = record.geometry.traits.iter().map(|own| format!("{}\n", plain(&own.name))).collect();
+    let notes: String = record.notes.iter().map(|(about, words)| format!("{}\t{}\n", plain(about), plain(words))).collect();
+    let names: String = record.geometry.traits.iter().map(|one_trait| format!("{}\n", plain(&one_trait.name))).collect();
     for (name, text) in [("notes", notes), ("geometry", names)] {
         array(name, &[text.len()], Written::Bytes(text.as_bytes()))?;
     }
-    for (number, own) in record.geometry.traits.iter().enumerate() {
-        array(&format!("geometry_{number}"), &[own.values.len()], Written::Doubles(&own.values))?;
+    for (number, one_trait) in record.geometry.traits.iter().enumerate() {
+        array(&format!("geometry_{number}"), &[one_trait.values.len()], Written::Doubles(&one_trait.values))?;
     }
     for (number, plate) in record.plates.iter().enumerate() {
         let Plate { route, components, level, coordinates, rounding } = plate;
-        let (way, of) = match route {
+        let (way, index) = match route {
             Route::Scattered { star } | Route::Direct { star } => (0.0, *star),
             Route::Emitted { species } => (1.0, *species),
             Route::Background | Route::FieldStar { .. } => (2.0, 0),
         };
         let count = components.axes.len();
         let named = |what: &str| format!("plate_{number}_{what}");
-        let light = [way, of as f64, rounding.depth, rounding.light, components.error];
+        let light = [way, index as f64, rounding.depth, rounding.light, components.error];
         array(&named("light"), &[light.len()], Written::Doubles(&light))?;
         array(&named("mean"), &[components.mean.len()], Written::Doubles(&components.mean))?;
         array(&named("axes"), &[count, record.nodes.len()], Written::Doubles(&components.axes.concat()))?;
@@ -109,7 +109,7 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
         String::from_utf8(bytes).map_err(|_| wrong("its text is invalid"))
     };
     let notes = text("notes")?;
-    let notes = notes.lines().filter_map(|line| line.split_once('\t')).map(|(about, said)| (about.to_owned(), said.to_owned())).collect();
+    let notes = notes.lines().filter_map(|line| line.split_once('\t')).map(|(about, words)| (about.to_owned(), words.to_owned())).collect();
     let names = text("geometry")?;
     if names.lines().count() > MOST as usize {
         return Err(wrong("its fixed values are too many"));
@@ -119,10 +119,10 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
     let plate = |number: usize| {
         let named = |what: &str| format!("plate_{number}_{what}");
         let light = archive.array::<f64>(&named("light"), &[5])?;
-        let Some(of) = whole(light[1], 1e6) else { return Err(wrong("a light cannot be")) };
+        let Some(index) = whole(light[1], 1e6) else { return Err(wrong("a light cannot be")) };
         let route = match light[0] {
-            0.0 => Route::Scattered { star: of },
-            1.0 => Route::Emitted { species: of },
+            0.0 => Route::Scattered { star: index },
+            1.0 => Route::Emitted { species: index },
             2.0 => Route::Background,
             _ => return Err(wrong("the kind of a light is unknown")),
         };
@@ -132,7 +132,7 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
         let coordinates: Vec<f32> = archive.array(&named("coordinates"), &[axes.len(), height, width])?;
         let coordinates = match width * height {
             0 => Vec::new(),
-            pixels => coordinates.chunks_exact(pixels).map(|own| own.iter().map(|number| *number as u16).collect()).collect(),
+            pixels => coordinates.chunks_exact(pixels).map(|plane| plane.iter().map(|number| *number as u16).collect()).collect(),
         };
         Ok(Plate {
             route,
@@ -172,19 +172,19 @@ impl Archive<'_> {
 
     /// An array of a shape.
     fn array<T: Kept>(&self, name: &str, shape: &[usize]) -> Result<Vec<T>> {
-        let (own, values) = self.any(name)?;
+        let (found_shape, values) = self.any(name)?;
         let wanted: Vec<u64> = shape.iter().map(|edge| *edge as u64).collect();
-        if own != wanted {
-            return Err(Error::file(self.path, format!("array {name} has shape {own:?}, expected {wanted:?}")));
+        if found_shape != wanted {
+            return Err(Error::file(self.path, format!("array {name} has shape {found_shape:?}, expected {wanted:?}")));
         }
         Ok(values)
     }
 
     /// Rows of so many numbers.
     fn rows(&self, name: &str, length: usize) -> Result<Vec<Vec<f64>>> {
-        let (own, values) = self.any::<f64>(name)?;
-        if own.len() != 2 || own[1] != length as u64 || length == 0 {
-            return Err(Error::file(self.path, format!("array {name} has shape {own:?}, expected rows of {length}")));
+        let (shape, values) = self.any::<f64>(name)?;
+        if shape.len() != 2 || shape[1] != length as u64 || length == 0 {
+            return Err(Error::file(self.path, format!("array {name} has shape {shape:?}, expected rows of {length}")));
         }
         Ok(values.chunks_exact(length).map(<[f64]>::to_vec).collect())
     }

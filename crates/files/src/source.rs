@@ -51,7 +51,7 @@ impl SceneFiles {
 
     /// The bytes compiled in under `name`.
     fn unpack(&self, name: &str) -> Option<&'static [u8]> {
-        let (name, bytes) = self.embedded.iter().find(|(own, _)| *own == name)?;
+        let (name, bytes) = self.embedded.iter().find(|(known, _)| *known == name)?;
         if let Ok(mut unpacked) = self.unpacked.lock() {
             unpacked.push(name);
         }
@@ -76,7 +76,7 @@ impl SceneFiles {
             let (path, bytes) = (folder.join(name), bytes());
             if path.exists() {
                 let same = std::fs::metadata(&path).is_ok_and(|m| m.len() == bytes.len() as u64)
-                    && std::fs::read(&path).is_ok_and(|own| own == bytes);
+                    && std::fs::read(&path).is_ok_and(|found| found == bytes);
                 if !same {
                     return Err(Error::file(&path, "already exists and differs from the scene's file; choose another folder"));
                 }

@@ -25,7 +25,7 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
     };
     let lines = SaidLines::new(source).map_err(|error| Error::file(file, error.to_string()))?;
     let delimiter = lines.delimiter.unwrap_or(b',');
-    let told = |error: csv::Error| {
+    let malformed = |error: csv::Error| {
         let line = error.position().map_or(1, |p| p.line() as usize);
         match error.kind() {
             csv::ErrorKind::Io(error) => Error::file(file, error.to_string()),
@@ -36,11 +36,11 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
         }
     };
     let mut reader = csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).from_reader(lines);
-    let mut columns: Vec<String> = reader.headers().map_err(told)?.iter().map(str::to_owned).collect();
+    let mut columns: Vec<String> = reader.headers().map_err(malformed)?.iter().map(str::to_owned).collect();
     for (name, unit) in reader.get_ref().ecsv_units() {
         columns.iter_mut().filter(|column| **column == name).for_each(|column| *column = format!("{name} [{unit}]"));
     }
-    let Some(line) = reader.get_ref().said.first().copied() else {
+    let Some(line) = reader.get_ref().numbers.first().copied() else {
         return Err(wrong(1, "has no header".into()));
     };
     let mut table = TextTable { columns, line, rows: Vec::new() };
@@ -50,7 +50,7 @@ pub fn read(file: &str, source: impl BufRead, most_rows: usize) -> Result<TextTa
         match reader.read_record(&mut row) {
             Ok(true) => {}
             Ok(false) => break,
-            Err(error) if !is_open(&row) => return Err(told(error)),
+            Err(error) if !is_open(&row) => return Err(malformed(error)),
             Err(_) => {}
         }
         // A row's position is that of the empty lines before it.
@@ -105,7 +105,7 @@ struct SaidLines<R> {
     /// Lines read so far.
     count: usize,
     /// Numbers of the lines that say something, from 1.
-    said: Vec<usize>,
+    numbers: Vec<usize>,
     /// Comments above the first of them, of at most [`MAX_LINE`] bytes.
     comments: String,
     /// The current line, and how much of it was given.
@@ -117,10 +117,10 @@ impl<R: BufRead> SaidLines<R> {
     /// Reads up to the first line that says something, which parts its columns as all lines do.
     fn new(source: R) -> std::io::Result<Self> {
         let comments = String::new();
-        let mut lines = Self { source, delimiter: None, count: 0, said: Vec::new(), comments, line: String::new(), given: 0 };
+        let mut lines = Self { source, delimiter: None, count: 0, numbers: Vec::new(), comments, line: String::new(), given: 0 };
         let mut head = String::new();
-        while lines.said.is_empty() && lines.advance()? {
-            if lines.said.is_empty() {
+        while lines.numbers.is_empty() && lines.advance()? {
+            if lines.numbers.is_empty() {
                 head += &lines.line;
             }
             if head.len() + lines.comments.len() > MAX_LINE as usize {
@@ -133,7 +133,7 @@ impl<R: BufRead> SaidLines<R> {
             head.pop();
             head += &names;
             head.push('\n');
-            lines.said.insert(0, lines.count - 1);
+            lines.numbers.insert(0, lines.count - 1);
         }
         lines.line = head + &lines.line;
         Ok(lines)
@@ -148,7 +148,8 @@ impl<R: BufRead> SaidLines<R> {
         let comment = self.comments.lines().last()?.trim_start_matches('#').trim();
         let names = if delimiter == ' ' { comment.split_whitespace().collect() } else { comment.split(delimiter).collect::<Vec<_>>() };
         let is_head = names.len() == cells.len() && cells.len() > 1 && !names.iter().any(is_number);
-        (self.said == [self.count] && self.count > 1 && cells.iter().all(is_number) && is_head).then(|| names.join(&delimiter.to_string()))
+        (self.numbers == [self.count] && self.count > 1 && cells.iter().all(is_number) && is_head)
+            .then(|| names.join(&delimiter.to_string()))
     }
 
     /// Names and units of columns by the header of an ECSV file.
@@ -172,17 +173,17 @@ impl<R: BufRead> SaidLines<R> {
         let text = text.trim_end_matches('\n');
         self.line.clear();
         if !text.trim().is_empty() && !text.starts_with('#') {
-            self.said.push(self.count);
+            self.numbers.push(self.count);
             let parts = || [b',', b';', b'\t'].into_iter().find(|d| text.as_bytes().contains(d));
             match self.delimiter.get_or_insert_with(|| parts().unwrap_or(b' ')) {
                 b' ' => self.line = text.split_whitespace().collect::<Vec<_>>().join(" "),
                 _ => self.line += text,
             }
         }
-        if self.said.is_empty() && text.starts_with('#') {
+        if self.numbers.is_empty() && text.starts_with('#') {
             self.comments += text;
             self.comments.push('\n');
-        } else if self.said.is_empty() && !self.comments.starts_with(ecsv::MAGIC) {
+        } else if self.numbers.is_empty() && !self.comments.starts_with(ecsv::MAGIC) {
             // Column names stand right above the first row.
             self.comments.clear();
         }
@@ -193,7 +194,7 @@ impl<R: BufRead> SaidLines<R> {
 
     /// The first line that says something, from `line` on.
     fn said_from(&self, line: usize) -> usize {
-        self.said.get(self.said.partition_point(|at| *at < line)).copied().unwrap_or(line)
+        self.numbers.get(self.numbers.partition_point(|at| *at < line)).copied().unwrap_or(line)
     }
 }
 

@@ -26,10 +26,10 @@ pub fn text(table: &Table) -> String {
     let is_tables = |items: &[Property]| !items.is_empty() && items.iter().all(|item| matches!(item.value, Value::Table(_)));
     for (key, property) in table.iter() {
         let item = match &property.value {
-            Value::Table(own) if own.iter().next().is_some() && own.iter().all(|(_, p)| matches!(p.value, Value::Table(_))) => {
+            Value::Table(table) if table.iter().next().is_some() && table.iter().all(|(_, p)| matches!(p.value, Value::Table(_))) => {
                 let mut named = toml_edit::Table::new();
                 named.set_implicit(true);
-                own.iter().for_each(|(name, p)| drop(named.insert(name, headed(&p.value))));
+                table.iter().for_each(|(name, p)| drop(named.insert(name, headed(&p.value))));
                 Item::Table(named)
             }
             Value::List(items) if is_tables(items) => {
@@ -113,11 +113,11 @@ impl Source {
             let value = match item {
                 Item::None => continue,
                 Item::Value(value) => self.value(name, value, begins)?,
-                Item::Table(own) => Value::Table(self.table(own, begins)?),
+                Item::Table(table) => Value::Table(self.table(table, begins)?),
                 Item::ArrayOfTables(tables) => {
-                    let one = |own: &toml_edit::Table| {
-                        let place = own.span().map_or_else(|| begins.clone(), |span| self.origin(Some(span)));
-                        Ok(Property { value: Value::Table(self.table(own, place.clone())?), origin: Some(place) })
+                    let one = |table_of: &toml_edit::Table| {
+                        let place = table_of.span().map_or_else(|| begins.clone(), |span| self.origin(Some(span)));
+                        Ok(Property { value: Value::Table(self.table(table_of, place.clone())?), origin: Some(place) })
                     };
                     Value::List(tables.iter().map(one).collect::<Result<_>>()?)
                 }
@@ -144,7 +144,7 @@ impl Source {
                 };
                 Value::List(items.iter().map(item).collect::<Result<_>>()?)
             }
-            toml_edit::Value::InlineTable(own) => Value::Table(self.table(own, begins)?),
+            toml_edit::Value::InlineTable(table) => Value::Table(self.table(table, begins)?),
         })
     }
 }
@@ -201,8 +201,8 @@ i = 1
     fn trees_are_written_as_they_are_read() {
         let hard = "a = \"x \\\"y\\\" \\n µ\"\nb = [1, 2.5, 1e300, -0.0]\nc = { d = { e = [] }, \"f g\" = true }\n[g.\"1.5\"]\nh = [{ i = 1 }]\n[[j]]\nk = 1\n[[j]]\n[l]\n";
         let texts = crate::builtin::SCENES.iter().map(|scene| scene.text).chain([hard]);
-        for own in texts {
-            let table = properties("test.toml", own).unwrap();
+        for text_part in texts {
+            let table = properties("test.toml", text_part).unwrap();
             let written = text(&table);
             assert_eq!(properties("test.toml", &written).unwrap().to_string(), table.to_string(), "{written}");
         }

@@ -171,10 +171,10 @@ values = ["10 Lsun", "20 Lsun"]
 fn wrong_changes_are_told() {
     let still = "position = \"0 0 4 pc\"";
     let two = [key(0.0, "position = \"0 0 4 pc\""), key(1.0, "position = \"0 0 5 pc\"")].concat();
-    let track = |of: &str, times: &str, values: &str| {
+    let track = |place: &str, times: &str, values: &str| {
         format!(
             r#"[[animation]]
-of = "{of}"
+of = "{place}"
 times = {times}
 values = {values}
 "#
@@ -266,9 +266,9 @@ fn a_csv_is_a_path() {
     ];
     let tables = read(text("[camera.path]", &tables.concat())).unwrap();
     for time in [0.0, 1.1, 3.0, 4.7, 6.0] {
-        let (csv, own) = (at(&of_file("a.csv").unwrap(), time).camera.clone(), at(&tables, time).camera.clone());
-        assert!(csv.position.distance(own.position) < 1e-12 && csv.forward.distance(own.forward) < 1e-12, "{time}");
-        assert_eq!(csv.projection, own.projection, "{time}");
+        let (csv, of_tables) = (at(&of_file("a.csv").unwrap(), time).camera.clone(), at(&tables, time).camera.clone());
+        assert!(csv.position.distance(of_tables.position) < 1e-12 && csv.forward.distance(of_tables.forward) < 1e-12, "{time}");
+        assert_eq!(csv.projection, of_tables.projection, "{time}");
     }
     // A row without a target goes on between its neighbours.
     write("m.csv", "time [s],x [pc],y [pc],z [pc],target_x [pc],target_y [pc],target_z [pc]\n0,0,0,4,0,0,0\n1,0,0,3,,,\n2,0,0,2,0,0,0\n");
@@ -427,8 +427,8 @@ file = "a.gltf""#,
         (json.replace("\"children\": [1]", "\"children\": [0, 1]"), "cycle"),
         ("{".into(), "not a glTF"),
     ] {
-        let told = read((broken.clone(), bytes.clone()));
-        assert!(told.as_ref().is_err_and(|error| error.contains(words)), "{broken}: {:?}", told.map(|_| ()));
+        let result = read((broken.clone(), bytes.clone()));
+        assert!(result.as_ref().is_err_and(|error| error.contains(words)), "{broken}: {:?}", result.map(|_| ()));
     }
     let nowhere = read(gltf(&[(0, "rotation", "LINEAR", &[1.0, f32::NAN], turn)]));
     assert!(nowhere.is_err());

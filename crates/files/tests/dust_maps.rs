@@ -38,7 +38,7 @@ fn maps_are_read_where_and_as_they_are() {
         ("cube_ext.fits.gz", "vergely22", [20.0, -10.0, 10.0], [[-45.0, -35.0, -25.0], [45.0, 35.0, 25.0]], [0.01, 0.0002]),
     ] {
         let field = density(file, &format!("preset = \"{preset}\"")).unwrap_or_else(|e| panic!("{preset}: {e}"));
-        let close = |own: f64, expected: f64| assert!((own / expected - 1.0).abs() < 1e-6, "{preset}: {own} {expected}");
+        let close = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-6, "{preset}: {found} {expected}");
         let place = DVec3::new(x, y, z);
         close(field.at(place), cloud);
         let voxel = field.grid().unwrap().lattice().voxel_pc();
@@ -58,24 +58,24 @@ fn maps_are_read_where_and_as_they_are() {
 /// A part of a map is read alone, and as coarsely as a budget of memory asks; both keep the dust that is there.
 #[test]
 fn maps_are_cut_and_made_coarse() {
-    let of = |keys: &str| density("mean_and_std_xyz.fits", &format!("preset = \"edenhofer24\"\n{keys}"));
-    let part = of("low = \"-5 -15 -5 pc\"\nhigh = \"25 15 15 pc\"").unwrap();
+    let map = |keys: &str| density("mean_and_std_xyz.fits", &format!("preset = \"edenhofer24\"\n{keys}"));
+    let part = map("low = \"-5 -15 -5 pc\"\nhigh = \"25 15 15 pc\"").unwrap();
     assert!((part.at(DVec3::new(20.0, -10.0, 10.0)) / 0.14 - 1.0).abs() < 1e-6);
     assert_eq!(part.grid().unwrap().lattice().dims, [15, 15, 10]);
     // A part that is nearly all is a part, and no map goes elsewhere.
-    let most = of("low = \"-24.9 -24.9 -24.9 pc\"\nhigh = \"24.9 24.9 24.9 pc\"").unwrap();
+    let most = map("low = \"-24.9 -24.9 -24.9 pc\"\nhigh = \"24.9 24.9 24.9 pc\"").unwrap();
     assert!((most.at(DVec3::new(20.0, -10.0, 10.0)) / 0.14 - 1.0).abs() < 1e-6 && most.bounds().high.x == 25.0);
-    assert!(of("low = \"0 0 0 pc\"\nhigh = \"50 50 50 pc\"").is_err());
+    assert!(map("low = \"0 0 0 pc\"\nhigh = \"50 50 50 pc\"").is_err());
     let sum = |field: &Arc<dyn Field>| {
         let grid = field.grid().unwrap();
         grid.values().iter().map(|v| f64::from(*v)).sum::<f64>() * grid.lattice().voxel_pc().element_product()
     };
-    let whole = of("").unwrap();
+    let whole = map("").unwrap();
     // 25 voxels an edge take 61 KiB; four become one of 8 pc, 7 an edge, 5.4 KiB with their sums.
-    let coarse = of("memory = \"6 KiB\"").unwrap();
+    let coarse = map("memory = \"6 KiB\"").unwrap();
     assert_eq!(coarse.grid().unwrap().lattice().dims, [7; 3]);
     assert!((sum(&coarse) / sum(&whole) - 1.0).abs() < 1e-6, "{} {}", sum(&coarse), sum(&whole));
-    assert_eq!(of("memory = \"1 GiB\"").unwrap().grid().unwrap().lattice().dims, [25; 3]);
+    assert_eq!(map("memory = \"1 GiB\"").unwrap().grid().unwrap().lattice().dims, [25; 3]);
     for (keys, word) in [
         ("memory = \"5 B\"", "no array fits"),
         ("memory = \"5\"", "has no unit"),
@@ -83,7 +83,7 @@ fn maps_are_cut_and_made_coarse() {
         ("unit = \"mag/pc\"", "unit and preset exclude each other"),
         ("preset = \"edenhofer\"", "edenhofer24"),
     ] {
-        let message = if keys.starts_with("preset") { density("mean_and_std_xyz.fits", keys) } else { of(keys) };
+        let message = if keys.starts_with("preset") { density("mean_and_std_xyz.fits", keys) } else { map(keys) };
         let message = message.map(|_| ()).unwrap_err();
         assert!(message.contains(word), "{keys}: {message}");
     }
@@ -98,16 +98,16 @@ fn other_files_are_refused() {
     let plain = density("mean_and_std_xyz.fits", "array = \"MEAN\"").map(|_| ()).unwrap_err();
     assert!(plain.contains("Zhang"), "{plain}");
     // Extinctions are densities that dust of 1 mag/pc takes.
-    let said = density(
+    let field = density(
         "cube_ext.fits.gz",
         r#"unit = "mag/kpc"
 wcs = false
 low = "0 0 0 pc"
 high = "9 7 5 pc""#,
     );
-    assert!(said.map(|_| ()).unwrap_err().contains("correct or remove one"));
-    let said = density("mean_std.h5", "array = \"mean\"\nunit = \"mag/kpc\"\nvoxel = \"1 pc\"").unwrap();
-    assert!((said.at(DVec3::splat(-3.5)) / 1e-3 - 1.0).abs() < 1e-6);
+    assert!(field.map(|_| ()).unwrap_err().contains("correct or remove one"));
+    let field = density("mean_std.h5", "array = \"mean\"\nunit = \"mag/kpc\"\nvoxel = \"1 pc\"").unwrap();
+    assert!((field.at(DVec3::splat(-3.5)) / 1e-3 - 1.0).abs() < 1e-6);
 }
 
 /// The scene of the Local Bubble, on a small file of the same layout.

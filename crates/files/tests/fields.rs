@@ -78,8 +78,8 @@ formula = "{formula}"
     };
     // Each of the one before, and of its neighbour.
     let nested = |levels: usize, formula: &str| -> String {
-        let of = |i: usize| formula.replace("b0", &format!("b{i}")).replace("c0", &format!("c{i}"));
-        let level = |i: usize| expression(&format!("b{}", i + 1), &of(i)) + &expression(&format!("c{}", i + 1), &of(i));
+        let numbered = |i: usize| formula.replace("b0", &format!("b{i}")).replace("c0", &format!("c{i}"));
+        let level = |i: usize| expression(&format!("b{}", i + 1), &numbered(i)) + &expression(&format!("c{}", i + 1), &numbered(i));
         let balls = ["a", "b0", "c0"]
             .map(|name| {
                 format!(

@@ -57,41 +57,41 @@ fn units_are_read() {
 
 #[test]
 fn frames_are_read() {
-    let of = |cards: &[&str], keys: &str| density(cards, keys).map(|field| field.bounds());
+    let box_of = |cards: &[&str], keys: &str| density(cards, keys).map(|field| field.bounds());
     // CRPIX is 0 where it is not said (FITS standard 4.0, table 22): the first element lies one step beyond CRVAL.
-    let bounds = of(&FRAME, "").unwrap();
+    let bounds = box_of(&FRAME, "").unwrap();
     assert!(
         (bounds.low - DVec3::new(0.5, 0.5, 1.0)).length() < 1e-12 && (bounds.high - DVec3::new(4.5, 2.5, 5.0)).length() < 1e-12,
         "{bounds:?}"
     );
     let placed: Vec<&str> = FRAME.into_iter().chain(["CRPIX1  = 2.5", "CRVAL1  = 10.0"]).collect();
-    let moved = of(&placed, "").unwrap();
+    let moved = box_of(&placed, "").unwrap();
     assert!((moved.low.x - 8.0).abs() < 1e-12 && (moved.high.x - 12.0).abs() < 1e-12, "{moved:?}");
     // The scene may place the same box elsewhere, but not make it another size without a word.
-    let same = of(&FRAME, "low = \"-2 -1 -2 pc\"\nhigh = \"2 1 2 pc\"").unwrap();
+    let same = box_of(&FRAME, "low = \"-2 -1 -2 pc\"\nhigh = \"2 1 2 pc\"").unwrap();
     assert_eq!(same.low, DVec3::new(-2.0, -1.0, -2.0));
-    let other = of(&FRAME, BOX).unwrap_err();
+    let other = box_of(&FRAME, BOX).unwrap_err();
     assert!(
         other.contains("4.0000 x 2.0000 x 2.0000 pc") && other.contains("4.0000 x 2.0000 x 4.0000 pc") && other.contains("wcs = false"),
         "{other}"
     );
-    assert_eq!(of(&FRAME, &format!("{BOX}\nwcs = false")).unwrap().low, DVec3::new(-2.0, -1.0, -1.0));
+    assert_eq!(box_of(&FRAME, &format!("{BOX}\nwcs = false")).unwrap().low, DVec3::new(-2.0, -1.0, -1.0));
     let backwards: Vec<&str> = FRAME.into_iter().map(|c| if c.starts_with("CDELT1") { "CDELT1  = -1.0" } else { c }).collect();
-    let no_flag = of(&FRAME, "wcs = \"no\"").unwrap_err();
+    let no_flag = box_of(&FRAME, "wcs = \"no\"").unwrap_err();
     assert!(no_flag.contains("wcs") && no_flag.contains("true"), "{no_flag}");
-    let turned_round = of(&backwards, "").unwrap();
+    let turned_round = box_of(&backwards, "").unwrap();
     assert!((turned_round.low.x + 4.5).abs() < 1e-12 && (turned_round.high.x + 0.5).abs() < 1e-12, "{turned_round:?}");
     // A frame on the sky is no box: the scene must say one.
     let sky = ["CDELT1  = 0.1", "CDELT2  = 0.1", "CDELT3  = 0.1", "CUNIT1  = 'deg'", "CUNIT2  = 'deg'"];
-    let none = of(&sky, "").unwrap_err();
-    assert!(none.contains("axis x has the unknown length unit \"deg\"") && of(&sky, BOX).is_ok(), "{none}");
+    let none = box_of(&sky, "").unwrap_err();
+    assert!(none.contains("axis x has the unknown length unit \"deg\"") && box_of(&sky, BOX).is_ok(), "{none}");
     // An axis of velocities is none of a volume, whatever box the scene states.
     let velocities: Vec<&str> = sky.into_iter().chain(["CUNIT3  = 'm/s'"]).collect();
     for keys in ["", BOX] {
-        let message = of(&velocities, keys).unwrap_err();
+        let message = box_of(&velocities, keys).unwrap_err();
         assert!(message.contains("velocity (CUNIT3 m/s)") && message.contains("wcs = false"), "{message}");
     }
-    assert!(of(&velocities, &format!("{BOX}\nwcs = false")).is_ok());
+    assert!(box_of(&velocities, &format!("{BOX}\nwcs = false")).is_ok());
     // What the file itself says to be no length is no side of a box, unless somebody says so.
     for (card, what) in [
         ("CTYPE3  = 'VRAD    '", "velocity (CTYPE3 VRAD)"),
@@ -100,34 +100,34 @@ fn frames_are_read() {
     ] {
         let cards: Vec<&str> = FRAME.into_iter().chain([card]).collect();
         for keys in ["", BOX] {
-            let message = of(&cards, keys).unwrap_err();
+            let message = box_of(&cards, keys).unwrap_err();
             assert!(message.contains(what) && message.contains("wcs = false"), "{message}");
         }
-        assert!(of(&cards, &format!("{BOX}\nwcs = false")).is_ok());
+        assert!(box_of(&cards, &format!("{BOX}\nwcs = false")).is_ok());
     }
     let named: Vec<&str> = FRAME.into_iter().chain(["CTYPE1  = 'X'", "CTYPE2  = 'RADIUS'"]).collect();
-    assert!(of(&named, "").is_ok());
+    assert!(box_of(&named, "").is_ok());
     // Turned axes are none of the box's.
     let turned: Vec<&str> = FRAME.into_iter().chain(["CROTA2  = 30.0"]).collect();
-    assert!(of(&turned, "").is_err() && of(&turned, BOX).is_err() && of(&turned, &format!("{BOX}\nwcs = false")).is_ok());
+    assert!(box_of(&turned, "").is_err() && box_of(&turned, BOX).is_err() && box_of(&turned, &format!("{BOX}\nwcs = false")).is_ok());
 }
 
 /// Frames that no number can be reckoned with are refused by name, also where the scene itself says them.
 #[test]
 fn impossible_frames_are_refused() {
-    let of = |step: &str, unit: &str, first: &str| {
+    let spectral = |step: &str, unit: &str, first: &str| {
         let cards: Vec<String> = (1..=3)
             .flat_map(|i| [format!("CDELT{i}  = {step}"), format!("CUNIT{i}  = '{unit}'"), format!("CRVAL{i}  = {first}")])
             .collect();
         density(&cards.iter().map(String::as_str).collect::<Vec<_>>(), "").map(|field| field.bounds())
     };
     for (step, unit, first) in [("1E308", "Mpc", "0.0"), ("1E-310", "cm", "0.0"), ("1.0", "pc", "1E20"), ("1E-15", "pc", "1.0")] {
-        let message = of(step, unit, first).unwrap_err();
+        let message = spectral(step, unit, first).unwrap_err();
         assert!(message.contains("out of range"), "{step} {unit} {first}: {message}");
     }
-    let said = density(&[], "low = \"0 0 0 pc\"\nhigh = \"1e-320 1e-320 1e-320 pc\"").map(|_| ()).unwrap_err();
-    assert!(said.contains("out of range"), "{said}");
-    assert!(of("1.0", "lyr", "5.0").is_ok() && of("1E-3", "au", "0.0").is_ok());
+    let refused = density(&[], "low = \"0 0 0 pc\"\nhigh = \"1e-320 1e-320 1e-320 pc\"").map(|_| ()).unwrap_err();
+    assert!(refused.contains("out of range"), "{refused}");
+    assert!(spectral("1.0", "lyr", "5.0").is_ok() && spectral("1E-3", "au", "0.0").is_ok());
 }
 
 #[test]
@@ -144,12 +144,12 @@ fn tables_are_named() {
             "NAXIS1  =                    8",
             "NAXIS2  =                    1",
         ];
-        let own: Vec<u8> = fixed.iter().chain(cards).chain(&["END"]).flat_map(|c| format!("{c:<80}").into_bytes()).collect();
+        let header_bytes: Vec<u8> = fixed.iter().chain(cards).chain(&["END"]).flat_map(|c| format!("{c:<80}").into_bytes()).collect();
         let padded = |mut bytes: Vec<u8>| {
             bytes.resize(bytes.len().next_multiple_of(2880), b' ');
             bytes
         };
-        let bytes = [padded(head), padded(own), padded(vec![0; 8])].concat();
+        let bytes = [padded(head), padded(header_bytes), padded(vec![0; 8])].concat();
         let (path, whole) = (std::path::Path::new("map.fits"), &mut |layout: &Layout| Ok(layout.whole()));
         barnard_files::formats::read_array(std::io::Cursor::new(bytes.to_vec()), path, None, whole, 1 << 30).unwrap_err().to_string()
     };

@@ -61,7 +61,7 @@ fn tiles_are_unpacked() {
         };
         let array = part(&name, &file(&name), None).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(array.shape, SHAPE, "{name}");
-        let different = numbers(&array).iter().zip(&expected).position(|(own, expected)| own != expected);
+        let different = numbers(&array).iter().zip(&expected).position(|(found, expected)| found != expected);
         assert_eq!(different, None, "{name}");
         seen += 1;
     }
@@ -74,20 +74,20 @@ fn quantised_tiles_are_unpacked() {
     let mut seen = 0;
     for name in names().iter().filter_map(|name| name.strip_prefix("quantised_")?.strip_suffix(".fits")) {
         let file_name = format!("quantised_{name}.fits");
-        let own = numbers(&part(&file_name, &file(&file_name), None).unwrap_or_else(|e| panic!("{name}: {e}")));
+        let found_values = numbers(&part(&file_name, &file(&file_name), None).unwrap_or_else(|e| panic!("{name}: {e}")));
         let expected = doubles(&format!("quantised_{name}.npy"));
-        assert_eq!(own.len(), expected.len());
+        assert_eq!(found_values.len(), expected.len());
         let mut blank = 0;
-        for (i, (own, expected)) in own.iter().zip(&expected).enumerate() {
+        for (i, (found, expected)) in found_values.iter().zip(&expected).enumerate() {
             blank += usize::from(expected.is_nan());
             let last_bit = if name.starts_with("f4") { 2e-7 } else { 1e-14 };
-            let is_same = own.is_nan() && expected.is_nan() || (own - expected).abs() <= last_bit * expected.abs().max(1.0);
-            assert!(is_same, "{name} {i}: {own} {expected}");
+            let is_same = found.is_nan() && expected.is_nan() || (found - expected).abs() <= last_bit * expected.abs().max(1.0);
+            assert!(is_same, "{name} {i}: {found} {expected}");
         }
         assert_eq!(blank, 1, "{name}");
         // Zeros that were kept are exact; where an offset was added for each number they are not.
         let offset = name.ends_with("_2");
-        assert_eq!(own[..3] == [0.0; 3], !offset, "{name}: {:?}", &own[..3]);
+        assert_eq!(found_values[..3] == [0.0; 3], !offset, "{name}: {:?}", &found_values[..3]);
         seen += 1;
     }
     assert_eq!(seen, 18);
@@ -110,8 +110,8 @@ fn parts_are_read() {
                     let [a, b, c] = [(0, i), (1, j), (2, k)].map(|(axis, at)| (at - ranges[axis].start) / every);
                     sums[(a * asked.shape()[1] + b) * asked.shape()[2] + c] += all[(i * 10 + j) * 14 + k] / every.pow(3) as f64;
                 }
-                for (own, expected) in numbers(&array).iter().zip(sums) {
-                    assert!((own - expected).abs() <= 1e-6 * expected, "{name} {asked:?}: {own} {expected}");
+                for (found, expected) in numbers(&array).iter().zip(sums) {
+                    assert!((found - expected).abs() <= 1e-6 * expected, "{name} {asked:?}: {found} {expected}");
                 }
             }
         }
@@ -144,7 +144,7 @@ fn packed_files_are_read() {
 #[test]
 fn impossible_tiles_are_refused() {
     let whole = file("i4_rice_1.fits");
-    let find = |text: &[u8]| whole.windows(text.len()).position(|own| own == text).unwrap();
+    let find = |text: &[u8]| whole.windows(text.len()).position(|part_bytes| part_bytes == text).unwrap();
     // The table begins behind the header of its HDU; a descriptor is a count and a place.
     let second = find(b"XTENSION");
     let end = whole[second..].windows(80).step_by(80).position(|card| card.starts_with(b"END     ")).unwrap();

@@ -103,8 +103,8 @@ fn pictures_have_the_bits_that_are_asked_for() {
     for (name, bits, most, levels) in
         [("a.png", 8, 1.0 / 255.0, 256), ("b.png", 16, 0.6 / 65535.0, 65536), ("c.tif", 8, 0.6 / 65535.0, 65536), ("d.jpg", 8, 0.03, 256)]
     {
-        let (off, own) = off(name, bits);
-        assert!(off <= most && own == levels, "{name}: {off:e}");
+        let (off, stored) = off(name, bits);
+        assert!(off <= most && stored == levels, "{name}: {off:e}");
     }
     assert!(off("e.png", 8).0 > 10.0 / 65535.0);
 }
@@ -123,15 +123,15 @@ fn exr_files_have_layers() {
     let list = &file.layer_data.channel_data.list;
     let names: Vec<String> = list.iter().map(|channel| channel.name.to_string()).collect();
     assert_eq!(names, ["B", "G", "R", "radiance.B", "radiance.V"]);
-    let of = |name: &str| &list.iter().find(|channel| channel.name.to_string() == name).unwrap().sample_data;
+    let channel = |name: &str| &list.iter().find(|channel| channel.name.to_string() == name).unwrap().sample_data;
     let tone = options.display.tone(&written);
     for i in 0..12 {
         let rgb = tone.palette.rgb((0..2).map(|band| written.samples.at(12 * band + i)));
         for (name, value) in ["R", "G", "B"].into_iter().zip(rgb) {
-            let own = f64::from(of(name).value_by_flat_index(i).to_f32());
-            assert!((own - value / 1.5e-6).abs() < 1e-3 * own && matches!(of(name), FlatSamples::F16(_)), "{name} {own}");
+            let stored = f64::from(channel(name).value_by_flat_index(i).to_f32());
+            assert!((stored - value / 1.5e-6).abs() < 1e-3 * stored && matches!(channel(name), FlatSamples::F16(_)), "{name} {stored}");
         }
-        assert_eq!(of("radiance.V").value_by_flat_index(i).to_f32(), written.samples.at(12 + i) as f32);
+        assert_eq!(channel("radiance.V").value_by_flat_index(i).to_f32(), written.samples.at(12 + i) as f32);
     }
     assert!(file.attributes.chromaticities.is_some());
 }
@@ -156,16 +156,16 @@ fn exr_files_say_frame_view_and_window() {
             std::fs::read(&path).unwrap()
         })
         .collect();
-    assert!(bytes.iter().all(|own| *own == bytes[0]));
+    assert!(bytes.iter().all(|byte| *byte == bytes[0]));
     let file = read_first_flat_layer_from_file(&path).unwrap();
-    let (own, window) = (&file.layer_data.attributes, file.attributes.display_window);
-    assert_eq!(own.frames_per_second, Some((24000, 1001)));
-    assert_eq!(own.other.get(&Text::from("imageCounter")), Some(&AttributeValue::I32(42)));
-    assert_eq!(own.other.get(&Text::from("frameTime")), Some(&AttributeValue::F64(1.75)));
-    assert_eq!(own.other.get(&Text::from("colorInteropID")), Some(&AttributeValue::Text(Text::from("lin_rec709_scene"))));
-    let (camera, screen) = (own.world_to_camera.unwrap(), own.world_to_normalized_device.unwrap());
+    let (attributes, window) = (&file.layer_data.attributes, file.attributes.display_window);
+    assert_eq!(attributes.frames_per_second, Some((24000, 1001)));
+    assert_eq!(attributes.other.get(&Text::from("imageCounter")), Some(&AttributeValue::I32(42)));
+    assert_eq!(attributes.other.get(&Text::from("frameTime")), Some(&AttributeValue::F64(1.75)));
+    assert_eq!(attributes.other.get(&Text::from("colorInteropID")), Some(&AttributeValue::Text(Text::from("lin_rec709_scene"))));
+    let (camera, screen) = (attributes.world_to_camera.unwrap(), attributes.world_to_normalized_device.unwrap());
     assert!((0..16).all(|i| camera[i] == i as f32 && screen[i] == 100.0 + i as f32));
-    assert_eq!((own.layer_position, window), (Vec2(7, 5), IntegerBounds::from_dimensions((40, 30))));
+    assert_eq!((attributes.layer_position, window), (Vec2(7, 5), IntegerBounds::from_dimensions((40, 30))));
 }
 
 /// A picture of two gases, how far their light comes from and what lies before it; one pixel is dark.
@@ -201,8 +201,8 @@ fn layers_are_channels_of_exr_files() {
             let light = ["emission.Ha.B", "emission.Ha.G", "emission.Ha.R", "radiance.B", "radiance.V"];
             let rest = ["scattered.B", "scattered.G", "scattered.R", "tau.V"];
             assert_eq!(names, [&["A", "B", "G", "R", "depth.Z"][..], &light, &rest].concat());
-            let of = |name: &str| &list.iter().find(|channel| channel.name.to_string() == name).unwrap().sample_data;
-            let at = |name: &str, i: usize| f64::from(of(name).value_by_flat_index(i).to_f32());
+            let channel = |name: &str| &list.iter().find(|channel| channel.name.to_string() == name).unwrap().sample_data;
+            let at = |name: &str, i: usize| f64::from(channel(name).value_by_flat_index(i).to_f32());
             // 24 bits of a float are 16 of its fraction.
             let tolerance = if single && *compression != barnard::image::Compression::Pxr24 { 1e-6 } else { 2e-3 };
             for i in 0..12 {
@@ -220,8 +220,8 @@ fn layers_are_channels_of_exr_files() {
                 assert!((at("depth.Z", i) / depth - 1.0).abs() < 1e-4 && (at("tau.V", i) - 0.5).abs() < 1e-4);
                 assert!((at("A", i) - 0.393).abs() < 1e-3);
             }
-            assert_eq!(matches!(of("scattered.G"), FlatSamples::F32(_)), single);
-            assert!(matches!(of("depth.Z"), FlatSamples::F32(_)));
+            assert_eq!(matches!(channel("scattered.G"), FlatSamples::F32(_)), single);
+            assert!(matches!(channel("depth.Z"), FlatSamples::F32(_)));
             let red = file.attributes.chromaticities.unwrap().red;
             assert_eq!(red.0, if colours == ColourSpace::AcesCg { 0.713 } else { 0.64 });
         }

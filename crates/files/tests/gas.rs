@@ -72,11 +72,11 @@ fn scenes_have_the_lines_of_their_gas() {
         })
     };
     // All of it at one temperature, its own light on the spot.
-    let held = parsed("temperature = \"9000 K\"\ndiffuse = \"on_the_spot\"\nvoxels = 24", star, &loader).unwrap();
-    let temperature = held.ionised().and_then(|gas| gas.temperature).unwrap();
+    let isothermal = parsed("temperature = \"9000 K\"\ndiffuse = \"on_the_spot\"\nvoxels = 24", star, &loader).unwrap();
+    let temperature = isothermal.ionised().and_then(|gas| gas.temperature).unwrap();
     assert!((temperature / 9000.0 - 1.0).abs() < 1e-3, "{temperature}");
     let hotter = parsed("temperature = \"12000 K\"\ndiffuse = \"on_the_spot\"\nvoxels = 24", star, &loader).unwrap();
-    assert!(mean(&hotter, "[OIII]5007") > 1.5 * mean(&held, "[OIII]5007"));
+    assert!(mean(&hotter, "[OIII]5007") > 1.5 * mean(&isothermal, "[OIII]5007"));
     // A star of 20 000 K has next to no photons that make O²⁺.
     assert!(mean(&colder, "[OIII]5007") < 0.01 * mean(&scene, "[OIII]5007") && mean(&colder, "[NII]6584") > 0.0);
 }
@@ -155,13 +155,13 @@ fn first_looks_are_rough() {
     assert!(!again.ionised().unwrap().is_rough && edge(&again) == 52);
     let temperature = |scene: &Scene| scene.ionised().unwrap().temperature.unwrap();
     assert!((temperature(&rough) / temperature(&whole) - 1.0).abs() < 0.02, "{} {}", temperature(&rough), temperature(&whole));
-    assert!(whole.ionised().unwrap().told()[0].contains(" K and "), "{:?}", whole.ionised().unwrap().told());
+    assert!(whole.ionised().unwrap().notes()[0].contains(" K and "), "{:?}", whole.ionised().unwrap().notes());
     // Ten times as bright, the star ionises all of it and has photons left.
     let bright = parsed(text, &star.replace("8.05e5", "8.05e6"), &loader.roughly()).unwrap();
-    let told = bright.ionised().unwrap().told().join("; ");
-    assert!(told.contains("ionising photons of the star leave or miss the cloud"), "{told}");
+    let notes = bright.ionised().unwrap().notes().join("; ");
+    assert!(notes.contains("ionising photons of the star leave or miss the cloud"), "{notes}");
     let cold = parsed(text, &star.replace("40000", "1000"), &loader.roughly()).unwrap();
-    assert!(cold.ionised().unwrap().told()[0].contains("no star has photons"));
+    assert!(cold.ionised().unwrap().notes()[0].contains("no star has photons"));
     let folder = tempfile::tempdir().unwrap();
     let bounds = Bounds { low: DVec3::splat(-1.0), high: DVec3::splat(1.0) };
     let grid = Grid::new([8; 3], bounds, vec![1.0; 512]).unwrap();
@@ -246,11 +246,11 @@ frames_per_second = 8
     let apart = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / largest;
     assert!(apart(&solved[1], &solved[2]) > 0.05);
     for (frame, nearest, s) in [(5, 1, 0.0f32), (6, 1, 0.2), (9, 2, -0.2), (10, 2, 0.0)] {
-        let own = glow(&scene(film, 0.0, f64::from(frame) / 8.0));
+        let light_here = glow(&scene(film, 0.0, f64::from(frame) / 8.0));
         let weights = [0.5 * (0.5 - s).powi(2), 0.75 - s * s, 0.5 * (0.5 + s).powi(2)];
-        let wanted: Vec<f32> = (0..own.len()).map(|i| (0..3).map(|j| weights[j] * solved[nearest + j - 1][i]).sum()).collect();
-        assert!(apart(&own, &wanted) < 1e-5, "{frame}: {}", apart(&own, &wanted));
-        assert!(apart(&own, &solved[nearest]) > 1e-3);
+        let wanted: Vec<f32> = (0..light_here.len()).map(|i| (0..3).map(|j| weights[j] * solved[nearest + j - 1][i]).sum()).collect();
+        assert!(apart(&light_here, &wanted) < 1e-5, "{frame}: {}", apart(&light_here, &wanted));
+        assert!(apart(&light_here, &solved[nearest]) > 1e-3);
     }
 }
 

@@ -41,8 +41,12 @@ fn grids_come_back() {
             let [x, y, z] = lattice.place(i);
             let place = lattice.centre(x, y, z);
             // Beyond the box of what is active a .vdb has nothing.
-            let own = read.at(place);
-            assert!((own - f64::from(*truth)).abs() <= 1e-9 * f64::from(*truth) + 1e-12, "{} {x} {y} {z}: {own} {truth}", writer.extension);
+            let found = read.at(place);
+            assert!(
+                (found - f64::from(*truth)).abs() <= 1e-9 * f64::from(*truth) + 1e-12,
+                "{} {x} {y} {z}: {found} {truth}",
+                writer.extension
+            );
         }
         assert!(values.iter().any(|v| *v > 0.0 && *v < 1e-5));
         // Every bit is that of before, where the box is that of before as well.

@@ -150,10 +150,10 @@ fn packed_numbers_are_what_they_stand_for() {
     for name in ["earliest.h5", "latest.h5"] {
         let bytes = file(name);
         // Halves of whole numbers below 24 are cut off, and four quarters above the offset mean nothing.
-        let of = |at| (4.0 * (eighths(at) / 8.0 - 3.0)).trunc();
-        let value = |at| if of(at) == 4.0 { f64::NAN } else { 0.25 * of(at) + 3.0 };
-        let same = |own: Vec<f64>, expected: Vec<f64>| {
-            assert!(own.iter().zip(&expected).all(|(a, b)| a == b || a.is_nan() && b.is_nan()) && own.iter().any(|v| v.is_nan()));
+        let truncated = |at| (4.0 * (eighths(at) / 8.0 - 3.0)).trunc();
+        let value = |at| if truncated(at) == 4.0 { f64::NAN } else { 0.25 * truncated(at) + 3.0 };
+        let same = |found: Vec<f64>, expected: Vec<f64>| {
+            assert!(found.iter().zip(&expected).all(|(a, b)| a == b || a.is_nan() && b.is_nan()) && found.iter().any(|v| v.is_nan()));
         };
         same(numbers(&whole(&bytes, Some("/packed/i2")).unwrap().1), expected(&all(), value));
         let blank = |at| if eighths(at) == 20.0 { f64::NAN } else { eighths(at) / 8.0 };
@@ -166,13 +166,13 @@ fn packed_numbers_are_what_they_stand_for() {
 #[cfg_attr(not(feature = "hdf5"), ignore = "needs the feature hdf5")]
 fn threads_make_no_difference() {
     let bytes = file("latest.h5");
-    let of = |threads: usize| {
+    let read = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let asked = Part { every: 3, ..all() };
         let read = |name: &str| part(&bytes, Some(name), 1 << 26, |_| asked.clone()).map(|read| numbers(&read.1));
         pool.install(|| (read("/filters/gzip"), read("/refused/blosc")))
     };
-    let (one, many) = (of(1), of(7));
+    let (one, many) = (read(1), read(7));
     assert!(one.0.is_ok() && one.1.is_err() && one == many);
 }
 
@@ -189,8 +189,8 @@ fn parts_are_read() {
                 let asked = Part { ranges: ranges.clone(), every, clip: false, blocking: None };
                 let (_, array) = part(&bytes, Some(dataset), 1 << 26, |_| asked.clone()).unwrap();
                 assert_eq!(array.shape, asked.shape());
-                for (own, expected) in numbers(&array).iter().zip(expected(&asked, |at| eighths(at) / 8.0)) {
-                    assert!((own - expected).abs() <= 1e-6 * expected, "{dataset} {asked:?}: {own} {expected}");
+                for (found, expected) in numbers(&array).iter().zip(expected(&asked, |at| eighths(at) / 8.0)) {
+                    assert!((found - expected).abs() <= 1e-6 * expected, "{dataset} {asked:?}: {found} {expected}");
                 }
             }
         }
@@ -269,13 +269,14 @@ fn places_are_read() {
     // Boxes of yt are in its own unit of length, here of two parsecs.
     let yt = frame("yt.h5", Some("/grid/density"));
     assert_eq!((yt.order, yt.unit.as_deref()), ("xyz", Some("g/cm**3")));
-    for (own, (low, high), count) in [(&yt.axes[0], (-2.0, 2.0), 12), (&yt.axes[1], (-4.0, 4.0), 10), (&yt.axes[2], (0.0, 14.0), 14)] {
-        let own = own.as_ref().unwrap();
+    for (found_axis, (low, high), count) in [(&yt.axes[0], (-2.0, 2.0), 12), (&yt.axes[1], (-4.0, 4.0), 10), (&yt.axes[2], (0.0, 14.0), 14)]
+    {
+        let axis = found_axis.as_ref().unwrap();
         let step = (high - low) / f64::from(count);
         // The file has it in centimetres.
-        let pc = parsecs(&own.unit);
-        assert!((own.step * pc / step - 1.0).abs() < 1e-9, "{own:?}");
-        assert!((own.first * pc - (low + 0.5 * step)).abs() < 1e-9, "{own:?}");
+        let pc = parsecs(&axis.unit);
+        assert!((axis.step * pc / step - 1.0).abs() < 1e-9, "{axis:?}");
+        assert!((axis.first * pc - (low + 0.5 * step)).abs() < 1e-9, "{axis:?}");
     }
 }
 

@@ -121,8 +121,8 @@ fn albedos_are_understood_or_refused() {
         ("4000,0.6\n6000,0.8\n", "", Err("angstrom or nm")),
         ("4000,0.6\n6000,0.8\n", ", unit = \"AA\"", Ok(0.7)),
     ];
-    let of = |keys: &str| format!("{dust}albedo = {{ kind = \"file\", file = \"in.csv\"{keys} }}\n");
-    hold(&cases, of, |scene| {
+    let albedo = |keys: &str| format!("{dust}albedo = {{ kind = \"file\", file = \"in.csv\"{keys} }}\n");
+    hold(&cases, albedo, |scene| {
         let dust = scene.dust.as_ref().unwrap();
         dust.albedo.at(0.5)
     });
@@ -146,8 +146,8 @@ fn phase_tables_are_understood_or_refused() {
         ("angle,p\n0,2\n90,1\n180,0\n", "", Err("without a unit")),
         ("0,2\n90,1\n180,0\n", "", Err("cos theta")),
     ];
-    let of = |keys: &str| format!("{dust}phase = {{ kind = \"tabulated\", file = \"in.csv\"{keys} }}\n");
-    hold(&cases, of, |scene| scene.dust.as_ref().unwrap().phase.at(0.0, 0.55));
+    let phase = |keys: &str| format!("{dust}phase = {{ kind = \"tabulated\", file = \"in.csv\"{keys} }}\n");
+    hold(&cases, phase, |scene| scene.dust.as_ref().unwrap().phase.at(0.0, 0.55));
 }
 
 /// The catalogue's star at right ascension 83.82°, declination −5.39°: x of its direction is cos b cos l.
@@ -200,8 +200,8 @@ fn catalogues_are_understood_or_refused() {
         ("ra,dec,johnson-V\n83.82,-5.39,5\n", "epoch = 2020\n", Err("pmra")),
         ("ra,dec,johnson-V\n83.82,-95.39,5\n", "", Err("in.csv:2")),
     ];
-    let of = |keys: &str| format!("[background.catalogue]\nfile = \"in.csv\"\naxes = \"icrs\"\n{keys}");
-    hold(&cases, of, |scene| {
+    let catalogue_text = |keys: &str| format!("[background.catalogue]\nfile = \"in.csv\"\naxes = \"icrs\"\n{keys}");
+    hold(&cases, catalogue_text, |scene| {
         let stars = &scene.background.catalogue.as_ref().unwrap().catalogue.stars;
         assert_eq!(stars.len(), 1);
         stars[0].direction.x
@@ -262,8 +262,8 @@ fn hyg_has_colours() {
     let flux = |name: &str| {
         let band = spectra::passband::Passband::by_name(name).unwrap();
         let zero = spectra::sed::zero_point(&band, spectra::sed::MagnitudeSystem::Vega).unwrap();
-        let of = |(class, gain): &(usize, f64)| gain * band.integrate(|l| catalogue.classes[*class].spectrum.continuum(l));
-        -2.5 * (catalogue.stars[0].shares.iter().map(of).sum::<f64>() / zero).log10()
+        let flux = |(class, gain): &(usize, f64)| gain * band.integrate(|l| catalogue.classes[*class].spectrum.continuum(l));
+        -2.5 * (catalogue.stars[0].shares.iter().map(flux).sum::<f64>() / zero).log10()
     };
     assert!((flux("johnson-V") - 5.0).abs() < 1e-9 && (flux("johnson-B") - 5.1).abs() < 1e-9);
     assert!(scene.inputs.iter().any(|note| note.text.contains("HYG") && note.is_inferred));
@@ -284,7 +284,7 @@ enum Must {
 fn forms(names: &[&str], rows: &[&[&str]]) -> Vec<(&'static str, Vec<u8>, Must)> {
     use Must::{Either, Read, Refuse};
     let cells = |separator: &str, cell: &dyn Fn(&str) -> String| -> String {
-        let line = |row: &[&str]| row.iter().map(|own| cell(own)).collect::<Vec<_>>().join(separator) + "\n";
+        let line = |row: &[&str]| row.iter().map(|word| cell(word)).collect::<Vec<_>>().join(separator) + "\n";
         rows.iter().map(|row| line(row)).collect()
     };
     let joined = |separator: &str| names.join(separator) + "\n";
@@ -293,10 +293,10 @@ fn forms(names: &[&str], rows: &[&[&str]]) -> Vec<(&'static str, Vec<u8>, Must)>
     let body = cells(",", &same);
     let is_number = |cell: &str| cell.parse::<f64>().is_ok();
     let numbers = |make: &dyn Fn(f64) -> String| {
-        let cell = |own: &str| own.parse::<f64>().map_or(own.to_owned(), make);
+        let cell = |word: &str| word.parse::<f64>().map_or(word.to_owned(), make);
         joined(";") + &cells(";", &cell)
     };
-    let commas = |own: &str| if is_number(own) { own.replace('.', ",") } else { own.to_owned() };
+    let commas = |word: &str| if is_number(word) { word.replace('.', ",") } else { word.to_owned() };
     let first_row = body.lines().next().unwrap();
     let last_number = rows[0].iter().rposition(|cell| is_number(cell)).unwrap();
     let spoilt = |with: &str| {
@@ -529,7 +529,7 @@ const PLAIN: [&str; 9] = [
 fn cube_at(more: &[&str], place: [f64; 3]) -> Result<f64, String> {
     let folder = tempfile::tempdir().unwrap();
     let cards: Vec<&str> = PLAIN.iter().chain(&["CUNIT1  = 'pc      '"]).chain(more).copied().collect();
-    let cards: Vec<&str> = cards.iter().filter(|card| !more.iter().any(|own| own[..8] == card[..8] && own != *card)).copied().collect();
+    let cards: Vec<&str> = cards.iter().filter(|card| !more.iter().any(|new| new[..8] == card[..8] && new != *card)).copied().collect();
     std::fs::write(folder.path().join("in.fits"), cube(&cards)).unwrap();
     let text = "[field.d]\nkind = \"grid\"\nfile = \"in.fits\"\n[dust]\ndensity = \"d\"\nscale = \"1 /pc\"\nlaw = \"inverse_wavelength\"\nalbedo = 0.5\n";
     let scene = scene(folder.path(), text).map_err(|e| e.to_string())?;
@@ -634,11 +634,11 @@ fn kernels_of_several_hdus_are_read() {
     };
     let file = [image("SIMPLE  =                    T", "OVERSAMP", 8, 1.0), image("XTENSION= 'IMAGE   '", "DET_SAMP", 2, 2.0)].concat();
     std::fs::write(&path, file).unwrap();
-    let of = |hdu| read_picture(&path, hdu, 1 << 20).map(|(size, values)| (size, values[0]));
-    assert_eq!(of(None).unwrap(), ([8, 8], 1.0));
-    assert_eq!(of(Some("det_samp")).unwrap(), ([2, 2], 2.0));
-    assert_eq!(of(Some("1")).unwrap(), ([2, 2], 2.0));
-    assert!(of(Some("OTHER")).unwrap_err().to_string().contains("has no HDU \"OTHER\""));
+    let first_pixel = |hdu| read_picture(&path, hdu, 1 << 20).map(|(size, values)| (size, values[0]));
+    assert_eq!(first_pixel(None).unwrap(), ([8, 8], 1.0));
+    assert_eq!(first_pixel(Some("det_samp")).unwrap(), ([2, 2], 2.0));
+    assert_eq!(first_pixel(Some("1")).unwrap(), ([2, 2], 2.0));
+    assert!(first_pixel(Some("OTHER")).unwrap_err().to_string().contains("has no HDU \"OTHER\""));
 }
 
 /// A FITS table with units, as synphot writes it: WAVELENGTH in ANGSTROMS, THROUGHPUT.

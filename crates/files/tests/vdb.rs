@@ -105,8 +105,8 @@ fn parts_are_read() {
                 let asked = Part { ranges: ranges.clone(), every, clip: every == 2, blocking: None };
                 let (_, array) = part(&file(name), None, |_| asked.clone()).unwrap();
                 assert_eq!(array.shape, asked.shape());
-                for (own, expected) in numbers(&array).iter().zip(expected(&asked, 0)) {
-                    assert!((own - expected).abs() <= 1e-6 * expected, "{name} {asked:?}: {own} {expected}");
+                for (found, expected) in numbers(&array).iter().zip(expected(&asked, 0)) {
+                    assert!((found - expected).abs() <= 1e-6 * expected, "{name} {asked:?}: {found} {expected}");
                 }
             }
         }
@@ -116,7 +116,7 @@ fn parts_are_read() {
 /// Voxels go where the file's transform puts them; what is none of the axes' is refused by name.
 #[test]
 fn transforms_are_read() {
-    let of = |name: &str| -> (Frame, Vec<(f64, f64)>) {
+    let read = |name: &str| -> (Frame, Vec<(f64, f64)>) {
         let frame = whole(&file(&format!("map_{name}")), None).unwrap().0.frame.unwrap();
         let axes = frame.axes.iter().flatten().map(|axis| (axis.step, axis.first)).collect();
         (frame, axes)
@@ -130,7 +130,7 @@ fn transforms_are_read() {
         // x goes to y, y to z, and z to -x, which begins at 10.
         ("turned", "yzx", [(0.5, 21.0), (1.0, 32.0), (-2.0, 6.0)]),
     ] {
-        let (frame, axes) = of(name);
+        let (frame, axes) = read(name);
         assert_eq!((frame.order, &axes[..]), (order, &expected[..]), "{name}");
         assert!(frame.unit.is_none() && frame.axes.iter().flatten().all(|axis| axis.unit.is_empty()), "{name}");
     }
@@ -192,7 +192,7 @@ fn contents_are_listed() {
     assert_eq!(names, ["velocity", "temperature", "density", "moved"]);
     let fact = |name: &str, what: &str| {
         let member = listed.iter().find(|member| member.name == name).unwrap();
-        member.facts.iter().find(|(own, _)| *own == what).map_or("", |(_, fact)| fact).to_owned()
+        member.facts.iter().find(|(known, _)| *known == what).map_or("", |(_, fact)| fact).to_owned()
     };
     assert_eq!((&*fact("velocity", "type"), &*fact("velocity", "box")), ("Tree_vec3s_5_4_3", ""));
     assert_eq!((&*fact("density", "class"), &*fact("density", "box")), ("fog volume", "30 x 14 x 14 voxels from 2 2 2 on"));
@@ -238,15 +238,15 @@ fn large_tiles_are_read() {
 #[test]
 fn versions_are_told_apart() {
     let bytes = file("float_zip_mask");
-    let of = |version: u32| {
+    let versioned = |version: u32| {
         let mut bytes = bytes.clone();
         bytes[8..12].copy_from_slice(&version.to_le_bytes());
         whole(&bytes, None).map(|(_, array)| numbers(&array))
     };
     let all = expected(&Layout { shape: SHAPE, frame: None }.whole(), 0);
-    (222..=225).for_each(|version| assert_eq!(of(version).unwrap(), all, "{version}"));
+    (222..=225).for_each(|version| assert_eq!(versioned(version).unwrap(), all, "{version}"));
     for version in [0, 221, 226, u32::MAX] {
-        let message = of(version).unwrap_err();
+        let message = versioned(version).unwrap_err();
         assert!(message.contains(&format!("version {version} ")) && message.contains("222 to 225"), "{message}");
     }
 }

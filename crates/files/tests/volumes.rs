@@ -49,8 +49,8 @@ fn lengths_without_a_unit_are_given_one() {
     assert!(close(moved.low, [-15.0, -7.0, 93.0]) && close(moved.high, [15.0, 7.0, 107.0]), "{moved:?}");
     let by_voxel = bounds("map_uniform", "voxel = \"0.1 pc\"").unwrap();
     assert!(close(by_voxel.low, [-1.5, -0.7, -0.7]) && close(by_voxel.high, [1.5, 0.7, 0.7]), "{by_voxel:?}");
-    let said = bounds("map_uniform", "low = \"0 0 0 pc\"\nhigh = \"3 1 1 pc\"").unwrap();
-    assert!(close(said.low, [0.0; 3]) && close(said.high, [3.0, 1.0, 1.0]), "{said:?}");
+    let field = bounds("map_uniform", "low = \"0 0 0 pc\"\nhigh = \"3 1 1 pc\"").unwrap();
+    assert!(close(field.low, [0.0; 3]) && close(field.high, [3.0, 1.0, 1.0]), "{field:?}");
     // Beyond the active voxels there is nothing: a box that reaches there is cut to them, one that lies there is refused.
     let cut = bounds("map_uniform", "scale = \"2 pc\"\nlow = \"-9 3.5 -9 pc\"\nhigh = \"9.5 99 99 pc\"").unwrap();
     assert!(close(cut.low, [1.5, 3.5, 1.5]) && close(cut.high, [9.5, 15.5, 15.5]), "{cut:?}");
@@ -70,10 +70,10 @@ fn turned_axes_lie_where_the_file_says() {
     let mut seen = 0;
     for [i, j, k] in [[3, 2, 2], [5, 7, 4], [16, 11, 11], [24, 8, 8], [31, 15, 15], [10, 3, 10]] {
         let [x, y, z] = [i, j, k].map(f64::from);
-        let own = straight.at(DVec3::new(10.0 + 0.5 * x, 20.0 + y, 30.0 + 2.0 * z));
+        let value = straight.at(DVec3::new(10.0 + 0.5 * x, 20.0 + y, 30.0 + 2.0 * z));
         // x to y, y to z, z to -x.
-        assert_eq!(turned.at(DVec3::new(10.0 - 2.0 * z, 20.0 + 0.5 * x, 30.0 + y)), own, "{i} {j} {k}");
-        seen += usize::from(own > 0.0);
+        assert_eq!(turned.at(DVec3::new(10.0 - 2.0 * z, 20.0 + 0.5 * x, 30.0 + y)), value, "{i} {j} {k}");
+        seen += usize::from(value > 0.0);
     }
     assert_eq!(seen, 6);
     let bounds = turned.bounds();
@@ -83,9 +83,9 @@ fn turned_axes_lie_where_the_file_says() {
 /// A box within that of the array is read alone, to whole voxels; one beside it is refused.
 #[test]
 fn parts_are_read() {
-    let of = |keys: &str| density("a.npy", &npy(), &format!("voxel = \"1 pc\"\ncentre = \"20 15 10 pc\"\n{keys}"), DEFAULT_LIMIT);
-    let whole = of("").unwrap();
-    let part = of("low = \"3.5 4 5 pc\"\nhigh = \"9 8.2 7 pc\"").unwrap();
+    let stored = |keys: &str| density("a.npy", &npy(), &format!("voxel = \"1 pc\"\ncentre = \"20 15 10 pc\"\n{keys}"), DEFAULT_LIMIT);
+    let whole = stored("").unwrap();
+    let part = stored("low = \"3.5 4 5 pc\"\nhigh = \"9 8.2 7 pc\"").unwrap();
     let bounds = part.bounds();
     assert!(close(bounds.low, [3.0, 4.0, 5.0]) && close(bounds.high, [9.0, 9.0, 7.0]), "{bounds:?}");
     assert_eq!(part.grid().unwrap().lattice().dims, [6, 5, 2]);
@@ -93,7 +93,7 @@ fn parts_are_read() {
         assert_eq!(part.at(at.into()), whole.at(at.into()), "{at:?}");
     }
     assert_eq!(part.at(DVec3::new(4.5, 5.5, 6.5)), f64::from(value(4, 5, 6)));
-    let beside = of("low = \"-1 0 0 pc\"\nhigh = \"9 8 7 pc\"").map(|_| ()).unwrap_err();
+    let beside = stored("low = \"-1 0 0 pc\"\nhigh = \"9 8 7 pc\"").map(|_| ()).unwrap_err();
     assert!(beside.contains("from 0.0000 0.0000 0.0000 to 40.0000 30.0000 20.0000 pc"), "{beside}");
 }
 
@@ -101,8 +101,8 @@ fn parts_are_read() {
 /// than they need.
 #[test]
 fn blocks_become_their_means() {
-    let of = |keys: &str, limit: u64| density("a.npy", &npy(), &format!("low = \"0 0 0 pc\"\nhigh = \"40 30 20 pc\"\n{keys}"), limit);
-    let coarse = of("every = 8", DEFAULT_LIMIT).unwrap();
+    let stored = |keys: &str, limit: u64| density("a.npy", &npy(), &format!("low = \"0 0 0 pc\"\nhigh = \"40 30 20 pc\"\n{keys}"), limit);
+    let coarse = stored("every = 8", DEFAULT_LIMIT).unwrap();
     let grid = coarse.grid().unwrap();
     let bounds = grid.lattice().bounds;
     assert_eq!(grid.lattice().dims, [5, 4, 3]);
@@ -114,15 +114,15 @@ fn blocks_become_their_means() {
     };
     for cell in [[0, 0, 0], [4, 2, 1], [4, 3, 2], [1, 3, 0]] {
         let at = DVec3::from(cell.map(|i| 8.0 * f64::from(i) + 4.0));
-        let (own, expected) = (coarse.at(at), mean(cell));
-        assert!((own / expected - 1.0).abs() < 1e-6, "{cell:?}: {own} {expected}");
+        let (found, expected) = (coarse.at(at), mean(cell));
+        assert!((found / expected - 1.0).abs() < 1e-6, "{cell:?}: {found} {expected}");
     }
     // 24000 values take 96 kB, their means of blocks of 8 next to nothing.
     let limit = 64 << 10;
-    assert!(of("", limit).map(|_| ()).unwrap_err().contains("limit"));
-    assert!(of("every = 8", limit).is_ok());
+    assert!(stored("", limit).map(|_| ()).unwrap_err().contains("limit"));
+    assert!(stored("every = 8", limit).is_ok());
     for wrong in ["every = 0", "every = 2000", "every = 1.5"] {
-        assert!(of(wrong, DEFAULT_LIMIT).map(|_| ()).unwrap_err().contains("every"), "{wrong}");
+        assert!(stored(wrong, DEFAULT_LIMIT).map(|_| ()).unwrap_err().contains("every"), "{wrong}");
     }
 }
 
@@ -143,11 +143,11 @@ fn boxes_by_letter_hold_in_their_order() {
     assert!(close(bounds.low, [0.0; 3]) && close(bounds.high, [14.0, 10.0, 12.0]), "{bounds:?}");
     let other = density("edges.h5", &bytes, "axes = \"zyx\"", DEFAULT_LIMIT).map(|_| ()).unwrap_err();
     assert!(other.contains("read as xyz") && other.contains("wcs = false"), "{other}");
-    let said = r#"axes = "zyx"
+    let keys = r#"axes = "zyx"
 wcs = false
 low = "0 0 0 pc"
 high = "14 10 12 pc""#;
-    assert_eq!(density("edges.h5", &bytes, said, DEFAULT_LIMIT).unwrap().grid().unwrap().lattice().dims, [14, 10, 12]);
+    assert_eq!(density("edges.h5", &bytes, keys, DEFAULT_LIMIT).unwrap().grid().unwrap().lattice().dims, [14, 10, 12]);
 }
 
 /// One cloud is one field, to the last bit, whatever format it is read from: NumPy, FITS plain, in tiles and packed by
@@ -161,7 +161,7 @@ fn one_cloud_is_the_same_from_each_format() {
     let places = (0..12).flat_map(|i| (0..10).flat_map(move |j| (0..14).map(move |k| (i, j, k))));
     writer.extend(places.map(|(i, j, k)| ((3 * i + 5 * j + 7 * k) % 61 + 1) as f32 / 8.0)).unwrap();
     writer.finish().unwrap();
-    let of = |name: &str, bytes: &[u8], keys: &str| {
+    let with_keys = |name: &str, bytes: &[u8], keys: &str| {
         let keys = format!(
             r#"axes = "zyx"
 voxel = "2 pc"
@@ -170,25 +170,25 @@ unit = "cm-3"
         );
         density(name, bytes, &keys, DEFAULT_LIMIT).unwrap_or_else(|e| panic!("{name} {keys}: {e}"))
     };
-    let expected = of("a.npy", &npy, "");
+    let expected = with_keys("a.npy", &npy, "");
     let is_same = |field: &Arc<dyn Field>| {
-        let (own, expected) = (field.grid().unwrap(), expected.grid().unwrap());
-        own.lattice() == expected.lattice() && own.values() == expected.values()
+        let (found, expected) = (field.grid().unwrap(), expected.grid().unwrap());
+        found.lattice() == expected.lattice() && found.values() == expected.values()
     };
     for name in ["plain.fits", "plain.fits.gz", "f4_gzip_2.fits", "f8_gzip_1.fits", "fpack_gzip.fits.fz"] {
-        assert!(is_same(&of(name, &unpacked(fits, name), "")), "{name}");
+        assert!(is_same(&with_keys(name, &unpacked(fits, name), "")), "{name}");
     }
     let latest = unpacked(hdf5, "latest.h5");
     for dataset in ["layouts/contiguous", "layouts/growing_twice_packed", "filters/lzf_shuffle", "types/big_f2", "types/little_f8"] {
-        assert!(is_same(&of("latest.h5", &latest, &format!("array = \"{dataset}\""))), "{dataset}");
+        assert!(is_same(&with_keys("latest.h5", &latest, &format!("array = \"{dataset}\""))), "{dataset}");
     }
     // Another cloud is not the same.
-    let other = of("latest.h5", &latest, "array = \"types/little_i4\"");
+    let other = with_keys("latest.h5", &latest, "array = \"types/little_i4\"");
     assert!(!is_same(&other));
     // Nor are its pictures; those of one cloud are, bit by bit.
-    let blocks = of("plain.fits.gz", &unpacked(fits, "plain.fits.gz"), "storage = \"single\"");
-    let tiles = of("f8_gzip_1.fits", &unpacked(fits, "f8_gzip_1.fits"), "");
-    let chunks = of("latest.h5", &latest, "array = \"filters/lzf_shuffle\"");
+    let blocks = with_keys("plain.fits.gz", &unpacked(fits, "plain.fits.gz"), "storage = \"single\"");
+    let tiles = with_keys("f8_gzip_1.fits", &unpacked(fits, "f8_gzip_1.fits"), "");
+    let chunks = with_keys("latest.h5", &latest, "array = \"filters/lzf_shuffle\"");
     let truth = picture(&expected);
     assert!(truth.iter().any(|v| *v > 0.0) && [blocks, tiles, chunks].iter().all(|field| picture(field) == truth));
     assert!(picture(&other) != truth);
@@ -239,8 +239,8 @@ fn blocks_are_the_array() {
     ];
     for (name, bytes, keys) in &cases {
         for more in ["", "every = 3\nclip = true", "low = \"-6 -3 -4 pc\"\nhigh = \"5 4 4 pc\""] {
-            let of = |storage: &str| density(name, bytes, &format!("{keys}\n{more}\n{storage}"), DEFAULT_LIMIT).unwrap();
-            let (rows, single) = (of(""), of("storage = \"single\""));
+            let stored = |storage: &str| density(name, bytes, &format!("{keys}\n{more}\n{storage}"), DEFAULT_LIMIT).unwrap();
+            let (rows, single) = (stored(""), stored("storage = \"single\""));
             let (rows, single) = (rows.grid().unwrap(), single.grid().unwrap());
             assert!(rows.lattice() == single.lattice() && rows.values() == single.values(), "{name} {keys} {more}");
             let bounds = rows.lattice().bounds;
@@ -252,9 +252,9 @@ fn blocks_are_the_array() {
             assert!(rows.merged(2, 1.5).values() == single.merged(2, 1.5).values());
             let largest = rows.values().iter().fold(0.0f32, |most, v| v.max(most));
             for (storage, relative, absolute) in [("half", 1.0 / 2048.0, 0.0), ("byte", 0.0, 1.0 / 508.0)] {
-                let coarse = of(&format!("storage = \"{storage}\""));
+                let coarse = stored(&format!("storage = \"{storage}\""));
                 let values = coarse.grid().unwrap().values().into_owned();
-                let error = |(own, truth): (&f32, &f32)| (own - truth).abs() <= 1.001 * (relative * truth + absolute * largest);
+                let error = |(found, truth): (&f32, &f32)| (found - truth).abs() <= 1.001 * (relative * truth + absolute * largest);
                 assert!(values.iter().zip(rows.values().iter()).all(error), "{name} {keys} {more} {storage}");
                 assert!(more.contains("every") || name.ends_with("h5") || name.ends_with("fits") || values != *rows.values(), "{storage}");
             }

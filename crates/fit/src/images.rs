@@ -100,8 +100,8 @@ impl Images {
         }
         let (mut free, mut start) = (Vec::new(), Vec::new());
         for parameter in parameters {
-            let (own, value) = FreeParameter::of(&tree, parameter)?;
-            free.push(own);
+            let (parameter, value) = FreeParameter::of(&tree, parameter)?;
+            free.push(parameter);
             start.push(value);
         }
         let mut images = Self { tree, loader, options, free, sets: Vec::new(), plates: Vec::new(), start: start.clone() };
@@ -170,13 +170,13 @@ impl Images {
         let plan = if scene.method.bounces > 1 {
             Planner::new(&self.options).plan(&scene, set.plan.as_ref(), control)?
         } else {
-            let made = |reach| Plates::held(&scene, reach, set.plan.as_ref(), None, &self.options, control);
+            let made = |reach| Plates::planned(&scene, reach, set.plan.as_ref(), None, &self.options, control);
             let (plates, plan) = match made(set.reach) {
                 // Other amounts may take too much: each has plates of its own then.
                 Err(error) if set.reach != Reach::default() && !matches!(error, Error::Interrupted) => {
-                    let own = made(Reach::default())?;
+                    let planned = made(Reach::default())?;
                     set.reach = Reach::default();
-                    own
+                    planned
                 }
                 made => made?,
             };
@@ -228,7 +228,7 @@ impl Images {
             return Ok(Pictured { image, worse });
         }
         let amount = self.amount_of_plates(number, dust_per_pc(scene));
-        let served = |own: &Marched| own.are_of(number, scene, amount).then(|| own.plates.mixture(scene).ok()).flatten();
+        let served = |known: &Marched| known.are_of(number, scene, amount).then(|| known.plates.mixture(scene).ok()).flatten();
         // The latest are the last.
         let known = (0..self.plates.len()).rev().find_map(|i| served(&self.plates[i]).map(|mixture| (i, mixture)));
         let (plates, mixture) = match known {
@@ -239,7 +239,7 @@ impl Images {
                 })?;
                 let choices = self.choices_for(number, amount, control)?;
                 let set = &mut self.sets[number];
-                let (plates, plan) = Plates::held(&of_amount, set.reach, set.plan.as_ref(), Some(&choices), &self.options, control)?;
+                let (plates, plan) = Plates::planned(&of_amount, set.reach, set.plan.as_ref(), Some(&choices), &self.options, control)?;
                 set.plan = Some(plan);
                 let mixture = plates.mixture(scene)?;
                 (plates, mixture)
@@ -249,7 +249,7 @@ impl Images {
         let worse = with_floor.then(|| with_errors(&image, &vec![spatial; scene.bands.len()], &plates.errors(&mixture)));
         self.plates.push(Marched::new(number, scene, plates));
         let room = self.options.memory_limit / SHARE;
-        let bytes = |all: &[Marched]| all.iter().map(|own| own.plates.bytes()).sum::<u64>();
+        let bytes = |all: &[Marched]| all.iter().map(|known| known.plates.bytes()).sum::<u64>();
         while self.plates.len() > KEPT || (self.plates.len() > 1 && bytes(&self.plates) > room) {
             self.plates.remove(0);
         }
@@ -273,15 +273,15 @@ impl Images {
             knows &= scene.instrument.is_some();
             self.sets[number].scene = Some(scene);
             for (band, good) in self.sets[number].good.iter().enumerate() {
-                let own: Vec<f64> = ideal.in_unit(band).collect();
-                mean.extend(good.iter().map(|pixel| own[*pixel]));
+                let values: Vec<f64> = ideal.in_unit(band).collect();
+                mean.extend(good.iter().map(|pixel| values[*pixel]));
                 if let Some(errors) = ideal.errors_of(band) {
                     let errors: Vec<f64> = ideal.in_unit(errors).collect();
                     sigma.extend(good.iter().map(|pixel| errors[*pixel]));
                 }
                 if let Some(worse) = &worse {
                     let worse: Vec<f64> = worse.in_unit(band).collect();
-                    floor.extend(good.iter().map(|pixel| (worse[*pixel] - own[*pixel]).abs()));
+                    floor.extend(good.iter().map(|pixel| (worse[*pixel] - values[*pixel]).abs()));
                 }
             }
         }
@@ -303,15 +303,15 @@ impl Images {
             let mut samples = vec![f32::NAN; 2 * set.good.len() * pixels];
             let mut normalised = Vec::new();
             for (band, good) in set.good.iter().enumerate() {
-                let mut own = Vec::new();
+                let mut errors = Vec::new();
                 for pixel in good {
                     let left = data.values[at] - prediction.mean[at];
                     samples[band * pixels + pixel] = left as f32;
                     samples[(set.good.len() + band) * pixels + pixel] = sigma[at] as f32;
-                    own.push(left / sigma[at]);
+                    errors.push(left / sigma[at]);
                     at += 1;
                 }
-                normalised.push((scene.bands[band].name().to_owned(), own));
+                normalised.push((scene.bands[band].name().to_owned(), errors));
             }
             // Values are in the unit already.
             let bare = |band: &Band| Band { in_unit: None, ..band.clone() };
@@ -348,9 +348,9 @@ impl Model for Images {
             });
             // Those that pilots were sent for are of other choices.
             let of_pilots = self.plates.len().checked_sub(1);
-            let is_stale = |at: usize, of: usize| of == number && (is_finer || Some(at) == of_pilots);
+            let is_stale = |at: usize, image: usize| image == number && (is_finer || Some(at) == of_pilots);
             let mut at = 0..;
-            self.plates.retain(|own| at.next().is_some_and(|at| !is_stale(at, own.image)));
+            self.plates.retain(|known| at.next().is_some_and(|at| !is_stale(at, known.image)));
             is_other |= is_finer;
         }
         Ok(is_other)

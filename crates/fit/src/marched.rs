@@ -21,8 +21,8 @@ impl Marched {
 
     /// True if they are of an image's scene, of some amount of dust; spectra may be others.
     pub fn are_of(&self, image: usize, scene: &Scene, amount: f64) -> bool {
-        let (own, theirs) = (&self.densities, densities(scene));
-        let same = own.len() == theirs.len() && own.iter().zip(&theirs).all(|(own, theirs)| Arc::ptr_eq(own, theirs));
+        let (ours, theirs) = (&self.densities, densities(scene));
+        let same = ours.len() == theirs.len() && ours.iter().zip(&theirs).all(|(our, theirs)| Arc::ptr_eq(our, theirs));
         self.image == image && self.plates.record().dust_per_pc == amount && same
     }
 }

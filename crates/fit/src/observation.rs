@@ -65,14 +65,14 @@ impl PixelData {
                     return Err(wrong(format!("{bands} bands"), format!("{} bands, those of the scene", scene.bands.len())));
                 }
                 let names = scene.bands.iter().map(|band| band.name().to_owned());
-                let planes = names.zip(values.chunks_exact((height * width).max(1))).map(|(name, own)| plane(name, own)).collect();
+                let planes = names.zip(values.chunks_exact((height * width).max(1))).map(|(name, pixels)| plane(name, pixels)).collect();
                 Observed { width: *width, height: *height, planes }
             }
         };
         let names: Vec<String> = observed.images().map(|plane| plane.name.clone()).collect();
         let count = observed.width * observed.height;
         let fits = |length: usize| length == names.len() * count;
-        if !self.sigma.as_ref().is_none_or(|own| fits(own.len())) || !self.mask.as_ref().is_none_or(|own| fits(own.len())) {
+        if !self.sigma.as_ref().is_none_or(|array| fits(array.len())) || !self.mask.as_ref().is_none_or(|array| fits(array.len())) {
             let wanted = format!("{} bands of {} x {} pixels", names.len(), observed.width, observed.height);
             return Err(wrong("standard errors or a mask of another size".into(), wanted));
         }
@@ -81,12 +81,12 @@ impl PixelData {
             observed.planes.push(plane(name, &values));
         };
         for (band, name) in names.iter().enumerate() {
-            let own = band * count..(band + 1) * count;
+            let range = band * count..(band + 1) * count;
             if let Some(sigma) = &self.sigma {
-                add(format!("{name}{ERROR_SUFFIX}"), sigma[own.clone()].to_vec());
+                add(format!("{name}{ERROR_SUFFIX}"), sigma[range.clone()].to_vec());
             }
             if let Some(mask) = &self.mask {
-                add(format!("{MASK_PREFIX}{name}"), mask[own].iter().map(|masked| f64::from(u8::from(*masked))).collect());
+                add(format!("{MASK_PREFIX}{name}"), mask[range].iter().map(|masked| f64::from(u8::from(*masked))).collect());
             }
         }
         Ok(observed)
@@ -139,10 +139,10 @@ impl Data {
 /// # Errors
 /// If it cannot be written as FITS.
 pub fn planes_of(image: &Image) -> Result<Observed> {
-    let (sky, unit) = (sky_of(image)?, image.observation.map(|own| own.unit).unwrap_or_default());
+    let (sky, unit) = (sky_of(image)?, image.observation.map(|observation| observation.unit).unwrap_or_default());
     let plane = |name: String, unit: Option<String>, values: Vec<f64>| Plane { hdu: 0, name, version: 1, unit, values, sky: sky.clone() };
     let bands = image.bands.iter().enumerate();
-    let values = bands.map(|(band, own)| plane(own.label(), Some(unit.fits().to_owned()), image.in_unit(band).collect()));
+    let values = bands.map(|(band, label_of)| plane(label_of.label(), Some(unit.fits().to_owned()), image.in_unit(band).collect()));
     let pixels = image.width * image.height;
     let masks = image.layers.iter().filter(|layer| layer.content == LayerContent::Mask).flat_map(|layer| {
         let channel = |(number, band): (usize, usize)| {

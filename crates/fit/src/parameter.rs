@@ -35,11 +35,13 @@ pub fn free_parameters(text: &str, tree: &Table) -> Result<Vec<Parameter>> {
 /// # Errors
 /// If a key is listed twice, or bounds or a prior are empty.
 pub fn narrowed(parameters: Vec<Parameter>, tree: &Table) -> Result<Vec<Parameter>> {
-    if let Some(empty) = parameters.iter().find(|own| own.is_empty()) {
+    if let Some(empty) = parameters.iter().find(|text_part| text_part.is_empty()) {
         let problem = format!("free parameter {} has no value within its bounds and prior", empty.key);
         return Err(Error::conflict(problem, "give LOW < HIGH and a positive standard deviation"));
     }
-    if let Some(twice) = parameters.iter().enumerate().find(|(i, own)| parameters[..*i].iter().any(|other| other.key == own.key)) {
+    if let Some(twice) =
+        parameters.iter().enumerate().find(|(i, parameter)| parameters[..*i].iter().any(|other| other.key == parameter.key))
+    {
         return Err(Error::conflict(format!("free parameter {} is listed twice", twice.1.key), "list each key once"));
     }
     Ok(parameters.into_iter().map(|parameter| parameter.narrowed(tree)).collect())
@@ -149,7 +151,7 @@ mod tests {
     fn texts_are_read() {
         let free = |text: &str| free_parameters(text, &Table::default());
         let all = free("star.0.luminosity, star.0.temperature=5000..30000,dust.scale=0..~4+-0.5").unwrap();
-        let keys: Vec<&str> = all.iter().map(|own| own.key.as_str()).collect();
+        let keys: Vec<&str> = all.iter().map(|parameter| parameter.key.as_str()).collect();
         assert_eq!(keys, ["star.0.luminosity", "star.0.temperature", "dust.scale"]);
         assert_eq!((all[1].bounds, all[2].bounds.0, all[2].prior), ((5000.0, 30000.0), 0.0, Some((4.0, 0.5))));
         // The range of a key bounds it: an albedo lies between 0 and 1, a temperature above zero.
@@ -158,7 +160,7 @@ mod tests {
         dust.insert("scale", Value::Text("4 mag/pc".into()));
         let mut tree = Table::default();
         tree.insert("dust", Value::Table(dust));
-        let bounds: Vec<_> = free_parameters("dust.albedo, dust.scale", &tree).unwrap().iter().map(|own| own.bounds).collect();
+        let bounds: Vec<_> = free_parameters("dust.albedo, dust.scale", &tree).unwrap().iter().map(|parameter| parameter.bounds).collect();
         assert_eq!(bounds, [(0.0, 1.0), (0.0, f64::INFINITY)]);
         assert_eq!(free_parameters("dust.albedo=0.2..7", &tree).unwrap()[0].bounds, (0.2, 1.0));
         for wrong in ["", "a=1", "a=2..1", "a~3", "a~3+-0", "a~x+-1", "a,a", "=1..2", "a=1..nan"] {

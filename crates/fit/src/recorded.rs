@@ -73,9 +73,9 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
     let used = || scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()).ok());
     let named = |plane: &Plane| if plane.name.is_empty() { "its image".to_owned() } else { plane.name.clone() };
     for plane in used().flat_map(|plane| [Some(plane), file.errors_of(&plane.name)]).flatten() {
-        if let Some(own) = plane.unit.as_deref().filter(|own| !unit.is_spelled(own)) {
+        if let Some(unit_text) = plane.unit.as_deref().filter(|unit_text| !unit.is_spelled(unit_text)) {
             let name = named(plane);
-            let reason = format!("{name} is in {own}, the scene's pictures are in {}; set unit in [observation]", unit.fits());
+            let reason = format!("{name} is in {unit_text}, the scene's pictures are in {}; set unit in [observation]", unit.fits());
             return Err(Error::file(path, reason));
         }
     }
@@ -87,7 +87,7 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
         );
         return Err(Error::file(path, reason));
     }
-    let Some(own) = sky_of(image)? else { return Ok(()) };
+    let Some(sky) = sky_of(image)? else { return Ok(()) };
     if let Some(plane) = used().find(|plane| plane.sky.is_none() && !assumed.place) {
         let reason = format!(
             "{} has no sky coordinates (CTYPE, CRVAL, CRPIX, CD); add them to the header, or assume those of the scene with --assume place (Python: assume=\"place\")",
@@ -95,17 +95,17 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
         );
         return Err(Error::file(path, reason));
     }
-    used().filter_map(|plane| plane.sky.as_ref()).try_for_each(|theirs| lies_there(path, image, &own, theirs))
+    used().filter_map(|plane| plane.sky.as_ref()).try_for_each(|theirs| lies_there(path, image, &sky, theirs))
 }
 
 /// Refuses pixels that lie elsewhere on the sky than those of the model.
-fn lies_there(path: &Path, image: &Image, own: &Sky, theirs: &Sky) -> Result<()> {
-    if let Some(reason) = own.differs(theirs) {
+fn lies_there(path: &Path, image: &Image, sky: &Sky, theirs: &Sky) -> Result<()> {
+    if let Some(reason) = sky.differs(theirs) {
         return Err(Error::file(path, format!("{reason}; use its frame in [observation], or reproject the image to a tangent plane")));
     }
     let (width, height) = (image.width as f64, image.height as f64);
     for (x, y) in [(0.5, 0.5), (width - 0.5, 0.5), (0.5, height - 0.5), (width - 0.5, height - 0.5)] {
-        let apart = own.pixels_apart(theirs, x, y);
+        let apart = sky.pixels_apart(theirs, x, y);
         if apart.is_nan() || apart > APART {
             let reason = format!(
                 "has another sky position: pixel ({x}, {y}) is {apart:.2} pixels from that of the scene; set target and position_angle of [observation], and the pixel scale of the camera or instrument, to those of the image"
@@ -132,10 +132,10 @@ pub(crate) fn counted(path: &Path, file: &Observed, model: &Header, scene: &Scen
             let certain = sigma.is_none_or(|sigma| sigma.values[*pixel] > 0.0 && sigma.values[*pixel].is_finite());
             unmasked && certain && plane.values[*pixel].is_finite() && model.sees(number, *pixel)
         };
-        let own: Vec<usize> = (0..plane.values.len()).filter(counts).collect();
-        data.values.extend(own.iter().map(|pixel| plane.values[*pixel]));
-        data.sigma.extend(own.iter().map(|pixel| sigma.map_or(1.0, |sigma| sigma.values[*pixel])));
-        good.push(own);
+        let counted: Vec<usize> = (0..plane.values.len()).filter(counts).collect();
+        data.values.extend(counted.iter().map(|pixel| plane.values[*pixel]));
+        data.sigma.extend(counted.iter().map(|pixel| sigma.map_or(1.0, |sigma| sigma.values[*pixel])));
+        good.push(counted);
     }
     match good.iter().all(Vec::is_empty) {
         true => Err(Error::file(path, "has no valid pixel: all are masked or not finite")),

@@ -157,7 +157,7 @@ fn truth_is_found() {
     let within: [usize; 6] = std::array::from_fn(|i| all.iter().filter(|found| pull(found, i).abs() < 2.0).count());
     let pulls: [f64; 6] = std::array::from_fn(|i| all.iter().map(|found| pull(found, i)).sum::<f64>() / DRAWS as f64);
     println!("within two standard errors {within:?} of {DRAWS}, mean pulls {pulls:.2?}");
-    assert!(within.iter().all(|own| *own >= 93), "{within:?}");
+    assert!(within.iter().all(|count| *count >= 93), "{within:?}");
     let reduced = all.iter().map(|found| found.chi2.0 / (found.chi2.1 as f64 - 6.0)).sum::<f64>() / DRAWS as f64;
     println!("chi2 {reduced:.4} a degree of freedom");
     assert!((0.97..1.05).contains(&reduced), "{reduced}");
@@ -256,8 +256,8 @@ frames = 2
     assert_eq!(images.units()[4], "K");
     let (alone, _) = fitted(&begin, &observations[..1], free).unwrap();
     assert!(found.sigma_of(0) < alone.sigma_of(0));
-    let said = images.tree(&found.values).unwrap().to_string();
-    assert!(said.contains("K") && said.contains("Lsun"));
+    let tree = images.tree(&found.values).unwrap().to_string();
+    assert!(tree.contains("K") && tree.contains("Lsun"));
 }
 
 static OPTIONS: std::sync::LazyLock<Options> = std::sync::LazyLock::new(Options::default);
@@ -269,11 +269,11 @@ fn what_cannot_be_fitted_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     write_cloud(folder.path());
     let sky = |place: &str| format!("[observation]\ntarget = \"{place}\"\n");
-    let own = open(folder.path(), &(text(TRUTH, INSTRUMENT) + &sky("83.82 -5.39")));
+    let images = open(folder.path(), &(text(TRUTH, INSTRUMENT) + &sky("83.82 -5.39")));
     let path = folder.path().join("own.fits");
-    let plan = barnard::Planner::new(&OPTIONS).plan(&own.scene, None, &Control::default()).unwrap();
+    let plan = barnard::Planner::new(&OPTIONS).plan(&images.scene, None, &Control::default()).unwrap();
     let image = barnard::backend::Renderer::new(&mut barnard::backend::cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
-    let exposures = Exposures::new(own.scene.instrument.clone().unwrap(), &image, &own.scene.bands, &Control::default()).unwrap();
+    let exposures = Exposures::new(images.scene.instrument.clone().unwrap(), &image, &images.scene.bands, &Control::default()).unwrap();
     record(&exposures, 1, &path);
     let refused = |text: String, free: &str, words: &str| {
         let error = fitted(&open(folder.path(), &text), &[Observation::from(&*path)], free).unwrap_err().to_string();
@@ -281,7 +281,7 @@ fn what_cannot_be_fitted_is_refused() {
     };
     let scene = text(TRUTH, INSTRUMENT);
     let free = "background.radiance";
-    fitted(&own, &[Observation::from(&*path)], free).unwrap();
+    fitted(&images, &[Observation::from(&*path)], free).unwrap();
     refused(scene.replace("20, 16", "20, 15") + &sky("83.82 -5.39"), free, "20 x 16 pixels");
     refused(scene.clone() + &sky("83.83 -5.39"), free, "another sky position");
     refused(scene.clone() + &sky("83.82 -5.39") + "position_angle = \"20 deg\"\n", free, "another sky position");

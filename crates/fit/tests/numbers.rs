@@ -25,8 +25,8 @@ fn decay([a, t, b, c]: [f64; 4], x: f64) -> f64 {
 impl Model for Decay {
     fn predict(&mut self, values: &[f64], _: &Control) -> Result<Prediction> {
         self.calls += 1;
-        let own = |i: usize| decay([values[0], values[1], values[2], values.get(3).copied().unwrap_or(0.0)], place(i));
-        let mean: Vec<f64> = (0..PLACES).map(own).collect();
+        let residual = |i: usize| decay([values[0], values[1], values[2], values.get(3).copied().unwrap_or(0.0)], place(i));
+        let mean: Vec<f64> = (0..PLACES).map(residual).collect();
         let sigma = self.knows.map(|knows| mean.iter().map(|m| knows(*m)).collect());
         Ok(Prediction { mean, sigma })
     }
@@ -103,19 +103,19 @@ fn truth_is_within_the_errors() {
 #[test]
 fn noise_is_that_of_the_model() {
     let poisson: fn(f64) -> f64 = |mean| mean.max(0.0).sqrt();
-    let (mut own, mut by_data, mut chi2) = (0.0, 0.0, 0.0);
+    let (mut squares, mut by_data, mut chi2) = (0.0, 0.0, 0.0);
     const DRAWS: u64 = 200;
     for seed in 0..DRAWS {
         let mut data = drawn(seed, |mean| mean.sqrt());
         let found = fitted(&data, &free("a, t, b"), &[50.0, 1.0, 5.0], Some(poisson)).unwrap();
-        own += (found.values[2] - TRUTH[2]) / found.sigma_of(2) / DRAWS as f64;
+        squares += (found.values[2] - TRUTH[2]) / found.sigma_of(2) / DRAWS as f64;
         chi2 += found.chi2.0 / DRAWS as f64;
         data.sigma = data.values.iter().map(|value| value.max(1.0).sqrt()).collect();
         let found = fitted(&data, &free("a, t, b"), &[50.0, 1.0, 5.0], None).unwrap();
         by_data += (found.values[2] - TRUTH[2]) / found.sigma_of(2) / DRAWS as f64;
     }
     // The mean of 200 pulls is right to 0.07.
-    assert!(own.abs() < 0.3 && by_data < -1.0, "{own} {by_data}");
+    assert!(squares.abs() < 0.3 && by_data < -1.0, "{squares} {by_data}");
     let degrees = PLACES as f64 - 3.0;
     let deviation = (2.0 * degrees / DRAWS as f64).sqrt();
     assert!((chi2 - degrees).abs() < 5.0 * deviation, "{chi2}");
@@ -174,14 +174,14 @@ fn models_may_end() {
 /// Errors that are said a tenth of what they are, or ten times that, are seen in χ².
 #[test]
 fn wrong_errors_are_warned_of() {
-    for (said, words) in [(1.0, None), (0.1, Some("far above 1")), (10.0, Some("far below 1"))] {
+    for (factor, words) in [(1.0, None), (0.1, Some("far above 1")), (10.0, Some("far below 1"))] {
         let mut data = drawn(5, |_| 1.0);
-        data.sigma.iter_mut().for_each(|sigma| *sigma *= said);
+        data.sigma.iter_mut().for_each(|sigma| *sigma *= factor);
         let warning = fitted(&data, &free("a, t, b"), &[50.0, 1.0, 0.0], None).unwrap().chi2_warning();
         match (&warning, words) {
             (None, None) => {}
             (Some(warning), Some(words)) => assert!(warning.contains(words), "{warning}"),
-            _ => panic!("{said}: {warning:?}"),
+            _ => panic!("{factor}: {warning:?}"),
         }
     }
 }
@@ -231,8 +231,8 @@ fn faint_lights_have_errors() {
             if values[0] < 0.0 {
                 return Err(barnard::error::Error::out_of_range("light", values[0], "at least zero"));
             }
-            let own = |i: usize| f64::from((values[0] * (-place(i)).exp() + values[1]) as f32);
-            Ok(Prediction { mean: (0..PLACES).map(own).collect(), sigma: None })
+            let signal = |i: usize| f64::from((values[0] * (-place(i)).exp() + values[1]) as f32);
+            Ok(Prediction { mean: (0..PLACES).map(signal).collect(), sigma: None })
         }
         fn floor(&mut self, _: &[f64], _: &Control) -> Result<Vec<f64>> {
             Ok(vec![0.0; PLACES])

@@ -46,10 +46,10 @@ fn a_lost_device_does_not_lose_the_picture() {
         let mut backend = Auto::on(OnDevice::new(open().unwrap(), Tuning::default()).reopened_by(open));
         let job = Job::from(&plan);
         let (image, _) = Renderer::new(&mut backend).render(&plan, &control).unwrap();
-        let told = backend.warnings();
+        let warnings = backend.warnings();
         let again = backend.prepare(&job, &control).and_then(|()| Renderer::new(&mut backend).render(&plan, &control));
         assert_eq!(*left.lock().unwrap(), 0);
-        assert_eq!(told.len(), [0, 1, 2][losses], "{told:?}");
+        assert_eq!(warnings.len(), [0, 1, 2][losses], "{warnings:?}");
         let backend = image.report.backend.as_ref().unwrap();
         assert_eq!(backend.starts_with("gpu"), losses < 2, "{backend}");
         for band in 0..2 {

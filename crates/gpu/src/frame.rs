@@ -51,7 +51,7 @@ pub struct Rows {
     /// The rows of the dispatch.
     pub strip: Strip,
     /// The rows that the buffer holds.
-    pub held: Strip,
+    pub stored: Strip,
 }
 
 /// Rows that follow each other.
@@ -195,12 +195,12 @@ impl Frame {
     pub fn of(&self, rows: Rows, pass: &Pass, patience: Patience, resumed: bool) -> Frame {
         let [per_voxel, fixed, voxel, angle] = self.steps;
         let fixed = if fixed > 0.0 { (fixed * pass.steps).ceil() } else { 0.0 };
-        let Rows { strip, held } = rows;
+        let Rows { strip, stored } = rows;
         Frame {
             steps: [per_voxel * pass.steps, fixed, voxel, angle],
             jitter: [pass.subpixel.0, pass.subpixel.1, pass.start.unwrap_or(-1.0), pass.share],
             size: [self.size[0], self.size[1], patience.0, u32::from(resumed)],
-            strip: [strip.first, strip.count, held.first, held.count].map(|n| n as u32),
+            strip: [strip.first, strip.count, stored.first, stored.count].map(|n| n as u32),
             ..*self
         }
     }

@@ -21,7 +21,7 @@ const LARGEST: f32 = 32768.0;
 
 /// The channels of all volumes from number `first` on, four at a time.
 pub fn quads(plan: &Plan, first: usize) -> Vec<Quad> {
-    let of = |(volume, v): (usize, &Volume)| {
+    let volume_rows = |(volume, v): (usize, &Volume)| {
         let unit = |first: usize| {
             let mut unit: [f32; 4] = std::array::from_fn(|i| if first + i < v.channels.len() { v.largest(first + i) } else { 0.0 });
             // Depths may change on the device.
@@ -34,7 +34,7 @@ pub fn quads(plan: &Plan, first: usize) -> Vec<Quad> {
         };
         (0..v.channels.len()).step_by(4).map(|first| Quad { volume, first, unit: unit(first) }).collect::<Vec<_>>()
     };
-    plan.volumes().enumerate().skip(first).flat_map(of).collect()
+    plan.volumes().enumerate().skip(first).flat_map(volume_rows).collect()
 }
 
 /// Everything that a shader reads, but the volumes' values.
@@ -103,9 +103,9 @@ impl Layout {
         // What forms have stands behind, as long as it may be: heads say where.
         let mut contents = Contents::new(shape.heads(), tables.list.0.len());
         (shape.form.fill)(plan, &lights(&weights), &mut contents)?;
-        let own = plan.light_field().map_or([0.0; 4], |f| contents.coordinates(&f.propagation.projection));
+        let corner = plan.light_field().map_or([0.0; 4], |f| contents.coordinates(&f.propagation.projection));
         tables.put(heads, &contents.heads);
-        tables.put(field_head, &[own]);
+        tables.put(field_head, &[corner]);
         let offsets = tables.offsets();
         tables.list.0.extend(contents.tables.0);
         let phase_start = tables.list.0.len();

@@ -15,7 +15,7 @@ pub const STAR: usize = 2 + PROFILE / 4;
 const CELLS: f64 = 32.0;
 
 /// The many lights of a plan whose light is gathered, where there is anything that scatters it.
-pub fn of(plan: &Plan) -> Option<(&ManyLights, &MultipleScattering)> {
+pub fn fields(plan: &Plan) -> Option<(&ManyLights, &MultipleScattering)> {
     plan.space().occupied?;
     let (many_lights, scattered_field) = (plan.space().many_lights.as_deref()?, plan.scattered_field().map(|d| &**d)?);
     scattered_field.report.far_field.map(|_| (many_lights, scattered_field))
@@ -55,7 +55,7 @@ impl Tables {
     /// The gathered stars, and behind the `bricks` the lists of the grid.
     pub fn many_lights(&mut self, plan: &Plan, weights: &Weights, room: usize, bricks: &mut Vec<u32>) {
         self.begin("MANY_LIGHTS_HEAD");
-        let (Some((many_lights, scattered_field)), Some(occupied)) = (of(plan), plan.space().occupied) else {
+        let (Some((many_lights, scattered_field)), Some(occupied)) = (fields(plan), plan.space().occupied) else {
             return self.begin("MANY_LIGHTS_STARS");
         };
         let kernels = scattered_field.kernels();
@@ -67,8 +67,8 @@ impl Tables {
         };
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); grid.dims.iter().product()];
         for (star, (place, kernel)) in many_lights.places.iter().zip(kernels).enumerate() {
-            let own = kernel.bounds(scattered_field.towards_eye(*place));
-            let reached = Bounds { low: *place + own.low - 0.5 * longest, high: *place + own.high + 0.5 * longest };
+            let bounds = kernel.bounds(scattered_field.towards_eye(*place));
+            let reached = Bounds { low: *place + bounds.low - 0.5 * longest, high: *place + bounds.high + 0.5 * longest };
             grid.touched(reached).for_each(|cell| lists[cell].push(star as u32));
         }
         let cells = bricks.len();

@@ -104,16 +104,16 @@ impl DeviceMarch {
         let same_space = Arc::ptr_eq(plan.space(), &self.volumes.space) && !self.volumes.moved && !field;
         let same_volumes = same_space
             && match (&plan.scattered_field(), &self.volumes.scattered_field) {
-                (Some(own), Some(kept)) => Arc::ptr_eq(own, kept),
-                (own, kept) => own.is_none() && kept.is_none(),
+                (Some(new_part), Some(before)) => Arc::ptr_eq(new_part, before),
+                (new_part, before) => new_part.is_none() && before.is_none(),
             };
         // What the space holds comes first, and stays; light that was scattered may have changed, or be seen from
         // elsewhere.
         let of_space = plan.space().volumes.len();
-        let kept = if same_space { self.layout.quads.iter().filter(|q| q.volume < of_space).count() } else { 0 };
+        let reused = if same_space { self.layout.quads.iter().filter(|q| q.volume < of_space).count() } else { 0 };
         let quads = match (same_volumes, same_space) {
             (true, _) => self.layout.quads.clone(),
-            (false, true) => self.layout.quads[..kept].iter().copied().chain(quads(plan, of_space)).collect(),
+            (false, true) => self.layout.quads[..reused].iter().copied().chain(quads(plan, of_space)).collect(),
             (false, false) => quads(plan, 0),
         };
         let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
@@ -121,7 +121,7 @@ impl DeviceMarch {
         let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands(), layout.shape.sums(), layout.shape.field_channels());
         let same_size = carried(&layout) == carried(&self.layout);
         let buffers = if same_size { None } else { Some(Buffers::new(&self.gpu, &layout, self.pauses())?) };
-        let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..kept] };
+        let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..reused] };
         let same_volumes = same_volumes && layout.bricks == self.layout.bricks;
         let volumes = (!same_volumes).then(|| Volumes::new(&self.gpu, plan, &layout, views));
         let same_shape = layout.shape == self.layout.shape && layout.offsets == self.layout.offsets;
@@ -253,18 +253,18 @@ impl DeviceMarch {
         self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; REPORT_BYTES as usize]);
         let (mut dispatches, mut done) = (0, 0);
         for first in (0..height).step_by(self.buffers.rows) {
-            let held = Strip { first, count: self.buffers.rows.min(height - first) };
+            let stored = Strip { first, count: self.buffers.rows.min(height - first) };
             for n in 0..rays {
                 let pass = Pass::supersampling(self.layout.supersampling, n);
-                self.dispatch(held, &pass, &mut dispatches, control, |rows| {
+                self.dispatch(stored, &pass, &mut dispatches, control, |rows| {
                     done += rows;
                     control.report(Stage::Rays, done as u64, (rays * height) as u64);
                 })?;
             }
-            let bytes = 4 * (bands * held.count * width) as u64;
+            let bytes = 4 * (bands * stored.count * width) as u64;
             self.gpu.read_as(&self.buffers.picture, bytes, &mut self.buffers.back, |values| {
-                for (band, values) in values.chunks_exact(4 * held.count * width).enumerate() {
-                    let out = &mut data[band * width * height + first * width..][..held.count * width];
+                for (band, values) in values.chunks_exact(4 * stored.count * width).enumerate() {
+                    let out = &mut data[band * width * height + first * width..][..stored.count * width];
                     bytemuck::cast_slice_mut(out).copy_from_slice(values);
                 }
             })?;
@@ -311,21 +311,21 @@ impl DeviceMarch {
     /// Renders the rows of `held`, some at a time; `visit` hears how many.
     fn dispatch(
         &mut self,
-        held: Strip,
+        stored: Strip,
         pass: &Pass,
         dispatches: &mut usize,
         control: &Control,
         mut visit: impl FnMut(usize),
     ) -> Result<()> {
         let (gpu, height) = (self.gpu.clone(), self.layout.frame.size[1] as usize);
-        let (mut first, end) = (held.first, held.first + held.count);
+        let (mut first, end) = (stored.first, stored.first + stored.count);
         while first < end {
             let start = Instant::now();
             let rows = self.pace.min(end - first);
             let (mut resumed, mut rounds) = (false, 0);
             while resumed || rounds == 0 {
                 control.check()?;
-                let frame = self.layout.frame.of(Rows { strip: Strip { first, count: rows }, held }, pass, self.patience, resumed);
+                let frame = self.layout.frame.of(Rows { strip: Strip { first, count: rows }, stored }, pass, self.patience, resumed);
                 gpu.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
                 self.submit(rows as u32, *dispatches);
                 *dispatches += 1;

@@ -14,7 +14,7 @@ const KEPT: usize = 8;
 /// The pipelines of the last shapes, the newest last.
 pub struct Pipelines {
     tuning: Tuning,
-    kept: Vec<Kept>,
+    known: Vec<Kept>,
 }
 
 struct Kept {
@@ -26,14 +26,14 @@ struct Kept {
 impl Pipelines {
     /// No pipelines yet; all will be made as `tuning` says.
     pub fn new(tuning: Tuning) -> Self {
-        Self { tuning, kept: Vec::new() }
+        Self { tuning, known: Vec::new() }
     }
 
     /// The pipeline of a layout's shape, which is made where none is kept.
     pub fn of(&mut self, gpu: &Gpu, layout: &Layout) -> wgpu::ComputePipeline {
-        let found = self.kept.iter().position(|kept| kept.shape == layout.shape && kept.offsets == layout.offsets);
+        let found = self.known.iter().position(|known| known.shape == layout.shape && known.offsets == layout.offsets);
         let newest = match found {
-            Some(at) => self.kept.remove(at),
+            Some(at) => self.known.remove(at),
             None => {
                 let text = source(&layout.shape, &layout.offsets, self.tuning.workgroup, pauses(gpu, self.tuning));
                 // SAFETY: every loop of the march ends (`shader::tests::loops_end`), and numbers that count stay countable
@@ -43,9 +43,9 @@ impl Pipelines {
             }
         };
         let pipeline = newest.pipeline.clone();
-        self.kept.push(newest);
-        let surplus = self.kept.len().saturating_sub(KEPT);
-        self.kept.drain(..surplus);
+        self.known.push(newest);
+        let surplus = self.known.len().saturating_sub(KEPT);
+        self.known.drain(..surplus);
         pipeline
     }
 }
@@ -71,11 +71,11 @@ mod tests {
         assert_ne!(few.shape, many.shape);
         let made = [&few, &many, &few].map(|layout| pipelines.of(&gpu, layout));
         assert!(made[0] == made[2] && made[0] != made[1]);
-        assert_eq!(pipelines.kept.len(), 2);
+        assert_eq!(pipelines.known.len(), 2);
         for count in 4..4 + KEPT {
             pipelines.of(&gpu, &layout(count));
         }
-        assert_eq!(pipelines.kept.len(), KEPT);
+        assert_eq!(pipelines.known.len(), KEPT);
         assert!(pipelines.of(&gpu, &few) != made[0]);
     }
 }

@@ -70,10 +70,11 @@ pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
 
 impl Volumes {
     /// Uploads the volumes of a plan; the first textures may be `kept`.
-    pub fn new(gpu: &Gpu, plan: &Plan, layout: &Layout, kept: &[wgpu::TextureView]) -> Self {
+    pub fn new(gpu: &Gpu, plan: &Plan, layout: &Layout, reused_views: &[wgpu::TextureView]) -> Self {
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);
-        let mut views: Vec<wgpu::TextureView> = kept.iter().cloned().chain(layout.quads.iter().skip(kept.len()).map(view)).collect();
+        let mut views: Vec<wgpu::TextureView> =
+            reused_views.iter().cloned().chain(layout.quads.iter().skip(reused_views.len()).map(view)).collect();
         if views.is_empty() {
             views.push(dark(gpu));
         }

@@ -265,9 +265,9 @@ mod tests {
         let mut folder = root.join(package.strip_prefix("barnard_").unwrap_or(package)).join("src");
         let mut file = folder.join("lib.rs");
         while let Some(part) = parts.front() {
-            let (own, inner) = (folder.join(format!("{part}.rs")), folder.join(part).join("mod.rs"));
-            if own.exists() {
-                (file, folder) = (own, folder.join(part));
+            let (beside, inner) = (folder.join(format!("{part}.rs")), folder.join(part).join("mod.rs"));
+            if beside.exists() {
+                (file, folder) = (beside, folder.join(part));
             } else if inner.exists() {
                 (file, folder) = (inner, folder.join(part));
             } else {
@@ -338,7 +338,7 @@ mod tests {
     }
 
     /// Functions of shaders that are compared with their twins by a picture, a sweep or colours, which they make
-    /// together, and the tests that do it; all others are called by the tests of `twins.rs`.
+    /// together, and the tests that do it; all others are called by the tests of `twins`.
     const COMPARED_TOGETHER: [(&str, &[&str]); 8] = [
         ("each_part_is_that_of_the_processor", &["scatter", "scatter_again", "segment", "near", "in_atlas"]),
         ("every_method_is_that_of_the_processor", &["accumulate_field", "resolve_field"]),
@@ -349,7 +349,7 @@ mod tests {
         ("orders_are_those_of_the_processor", &["shares", "sweep"]),
         ("turns_are_those_of_the_processor", &["met", "square", "meet", "add_area", "absorbing", "cross_voxel", "follow", "sum_up"]),
     ];
-    /// Functions that a function which `twins.rs` calls is made of: (part, whole).
+    /// Functions that a function which `twins` calls is made of: (part, whole).
     const PARTS: [(&str, &str); 10] = [
         ("hash", "simplex"),
         ("noise_corner", "simplex"),
@@ -366,9 +366,17 @@ mod tests {
     /// Every twin is compared by numbers: a test calls it, or makes something by it.
     #[test]
     fn twins_are_compared() {
-        let own = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-        let tests = ["src/twins.rs", "tests/pictures/parts.rs", "tests/pictures/changes.rs", "tests/ordinates.rs", "tests/ray_tracer.rs"]
-            .map(|f| std::fs::read_to_string(own.join(f)).unwrap());
+        let crate_folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let tests = [
+            "src/twins/mod.rs",
+            "src/twins/arithmetic.rs",
+            "src/twins/space.rs",
+            "tests/pictures/parts.rs",
+            "tests/pictures/changes.rs",
+            "tests/ordinates.rs",
+            "tests/ray_tracer.rs",
+        ]
+        .map(|f| std::fs::read_to_string(crate_folder.join(f)).unwrap());
         let called = |name: &str| tests[0].contains(&format!("{name}("));
         let is_compared = |name: &str| {
             let by_whole = PARTS.iter().any(|(part, whole)| *part == name && called(whole));

@@ -163,8 +163,8 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
 /// The axes of each face of a cube, ahead, to the right and upwards, of those of the image.
 fn cube() -> String {
     let axis = |axis: (f64, usize)| {
-        let of = |i: usize| if i == axis.1 { axis.0 } else { 0.0 };
-        format!("vec3f({:?}, {:?}, {:?})", of(0), of(1), of(2))
+        let component = |i: usize| if i == axis.1 { axis.0 } else { 0.0 };
+        format!("vec3f({:?}, {:?}, {:?})", component(0), component(1), component(2))
     };
     let axes: Vec<String> = panorama::CUBE.iter().flatten().map(|a| axis(*a)).collect();
     format!(

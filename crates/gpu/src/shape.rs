@@ -145,7 +145,7 @@ impl Shape {
             background: weights.background.is_some(),
             field: plan.light_field().map(field),
             scattered_field: slot_of(Channel::MultipleScattering(0)).map(|(quad, _)| quad),
-            many_lights: many_lights::of(plan).map_or(0, |_| weights.many_lights.len()),
+            many_lights: many_lights::fields(plan).map_or(0, |_| weights.many_lights.len()),
             star_march: plan.star_march().is_some(),
             cloud: on_the_fly,
             detail: plan.detail().map_or(0, |detail| detail.octaves.len()),

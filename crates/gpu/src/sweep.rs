@@ -111,7 +111,7 @@ impl StarSweeper {
         let depths = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
         let settled = gpu.buffer(4 * inner.cells() as u64, Use::STORAGE);
         let parts: Vec<SweepNumbers> = frustums(inner, star).iter().flat_map(|frustum| parts(frustum, dust, inner)).collect();
-        let most = parts.iter().map(kept).max().unwrap_or(1);
+        let most = parts.iter().map(depths_of).max().unwrap_or(1);
         let rays = gpu.buffer(4 * most.max(1) as u64, Use::STORAGE);
         let sampler = gpu.sampler();
         let group = |pipeline: &wgpu::ComputePipeline, resources: Vec<(u32, wgpu::BindingResource)>| {
@@ -161,7 +161,7 @@ impl StarSweeper {
 }
 
 /// Depths that the rays of a part keep.
-fn kept(part: &SweepNumbers) -> usize {
+fn depths_of(part: &SweepNumbers) -> usize {
     part.counts[0] as usize * part.counts[1] as usize * (part.counts[3] - part.counts[2]) as usize
 }
 

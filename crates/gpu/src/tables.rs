@@ -51,7 +51,7 @@ pub struct Offsets(Vec<(&'static str, usize)>);
 impl Offsets {
     /// The quad at which one section starts.
     pub fn of(&self, section: &str) -> usize {
-        self.iter().find(|(own, _)| *own == section).map_or(0, |(_, start)| start)
+        self.iter().find(|(known, _)| *known == section).map_or(0, |(_, start)| start)
     }
 
     /// Names and places of all.
@@ -137,10 +137,10 @@ impl Tables {
             self.list.0.push([octave.wavelength_pc as f32, octave.seed as f32, 0.0, 0.0]);
             // Dust that is evaluated as it is has nothing below its voxels.
             let is_known = |density: &usize| on_the_fly && *density == 0;
-            let of = |density: Option<usize>| {
+            let density_slot = |density: Option<usize>| {
                 density.filter(|density| !is_known(density)).map_or(0.0, |density| octave.deviations[density] as f32)
             };
-            self.list.0.extend(quads.iter().map(|quad| densities(plan, quad, volumes).map(of)));
+            self.list.0.extend(quads.iter().map(|quad| densities(plan, quad, volumes).map(density_slot)));
         }
     }
 
@@ -181,8 +181,8 @@ impl Tables {
 
     /// The number of brick edges around each brick that stay empty of dust and gas.
     pub fn distances(plan: &Plan) -> Vec<u32> {
-        let of = |bricks: &Bricks| (0..bricks.lattice.cells()).map(|i| bricks.clear(bricks.lattice.place(i)) as u32).collect::<Vec<_>>();
-        let mut distances: Vec<u32> = plan.space().bricks.iter().flat_map(of).collect();
+        let clear = |bricks: &Bricks| (0..bricks.lattice.cells()).map(|i| bricks.clear(bricks.lattice.place(i)) as u32).collect::<Vec<_>>();
+        let mut distances: Vec<u32> = plan.space().bricks.iter().flat_map(clear).collect();
         distances.resize(distances.len().max(1), 0);
         distances
     }

@@ -69,10 +69,10 @@ fn orders_are_those_of_the_processor() {
         let ((powers, ours), (expected, theirs)) = (swept(&device, kind, &k, glows), swept(&Processor, kind, &k, glows));
         let wrong = difference(&ours, &theirs);
         assert!(wrong < 1e-5, "{kind:?}: {wrong:e}");
-        for (own, sum) in powers.iter().zip(&expected).map(|(ours, theirs)| ((ours.0, theirs.0), (ours.1, theirs.1))) {
+        for (first_moment, sum) in powers.iter().zip(&expected).map(|(ours, theirs)| ((ours.0, theirs.0), (ours.1, theirs.1))) {
             for t in 0..WIDTH {
                 let close = |(a, b): (Powers, Powers)| (a[t] / b[t] - 1.0).abs() < 1e-5;
-                assert!(close(own) && close(sum), "{kind:?} {t}: {own:?} {sum:?}");
+                assert!(close(first_moment) && close(sum), "{kind:?} {t}: {first_moment:?} {sum:?}");
             }
         }
         let denser = k.map(|k| 1.001 * k);

@@ -43,13 +43,14 @@ fn lights(stars: &[(f64, f64)]) -> Vec<IonisingLight> {
 
 /// Gas of all depths, lit and dark, more and less opaque than `factor` says.
 fn voxels(hydrogen: &[f32], factor: f32) -> Vec<Voxel> {
-    let of = |(i, n): (usize, &f32)| {
+    let difference = |(i, n): (usize, &f32)| {
         let (lit, absorbed) = (number(3 * i) > 0.2, (number(5 * i + 1) * 0.3).powi(2) + 1e-5);
         let opacity = std::array::from_fn(|node| if node < NODES { n * factor * 1e-19 * (1.0 + node as f32).recip() + 1e-20 } else { 0.0 });
-        let (own, rate, depth) = ([1e-13 * n * n; OWN_NODES], if lit { 3e-6 * (0.5 + number(i)) } else { 0.0 }, absorbing(absorbed));
-        Voxel { opacity, dust: 5e-22 * n, own, rate, absorbed, depth, ionised: 0.5 + 0.5 * number(2 * i) }
+        let (coefficients, rate, depth) =
+            ([1e-13 * n * n; OWN_NODES], if lit { 3e-6 * (0.5 + number(i)) } else { 0.0 }, absorbing(absorbed));
+        Voxel { opacity, dust: 5e-22 * n, emitted: coefficients, rate, absorbed, depth, ionised: 0.5 + 0.5 * number(2 * i) }
     };
-    hydrogen.iter().enumerate().map(of).collect()
+    hydrogen.iter().enumerate().map(difference).collect()
 }
 
 /// Two turns of the light of three stars, one of them outside of the cloud: through clear space, and through gas.
@@ -87,10 +88,10 @@ fn turns_are_those_of_the_processor() {
     let (ours, theirs, other) = (turned(&device, 1.0), turned(&Processor, 1.0), turned(&Processor, 1.02));
     let row = ours.0.flux.len() / ours.0.rates[0].len();
     for place in 0..row {
-        let of = |light: &Light| light.flux.iter().skip(place).step_by(row).copied().collect::<Vec<f32>>();
+        let rates = |light: &Light| light.flux.iter().skip(place).step_by(row).copied().collect::<Vec<f32>>();
         for (ours, theirs) in [(&ours.0, &theirs.0), (&ours.1, &theirs.1)] {
-            let apart = apart(&of(theirs), &of(ours));
-            assert!(apart.is_nan() && of(ours).iter().all(|v| *v == 0.0) || apart < 5e-5, "{place}: {apart:e}");
+            let apart = apart(&rates(theirs), &rates(ours));
+            assert!(apart.is_nan() && rates(ours).iter().all(|v| *v == 0.0) || apart < 5e-5, "{place}: {apart:e}");
         }
     }
     let (clear, through) = (rates_apart(&theirs.0, &ours.0), rates_apart(&theirs.1, &ours.1));

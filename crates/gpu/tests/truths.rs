@@ -48,8 +48,8 @@ fn parts_of_an_image_make_the_whole() {
         let part = scene.camera.clone().crop(13, 4, 20, 11).unwrap();
         plan.look_from(part.clone(), &control).unwrap();
         let mut backend = OnDevice::new(gpu.clone(), Tuning::default());
-        let own = Renderer::new(&mut backend).render(&plan, &control).unwrap().0;
-        let light = (0..11).flat_map(|i| (0..20).map(move |j| (i, j))).map(|(i, j)| (own.at(0, i, j), whole.at(0, i + 4, j + 13)));
+        let part_image = Renderer::new(&mut backend).render(&plan, &control).unwrap().0;
+        let light = (0..11).flat_map(|i| (0..20).map(move |j| (i, j))).map(|(i, j)| (part_image.at(0, i, j), whole.at(0, i + 4, j + 13)));
         assert!(light.clone().any(|(_, theirs)| theirs > 0.0));
         assert!(relative_rms(light) < 1e-4);
     }

@@ -23,8 +23,8 @@ fn main() -> std::io::Result<()> {
             let number = |value: f64| if value > 100.0 { format!("{value:.0}") } else { format!("{:.*}", digits(value), value) };
             let mark = if row.is_within(0.1) { "" } else { " *" };
             let (median, low, high) = (number(row.median()), number(low), number(high));
-            let [own, outward, spot] = [row, outward, spot].map(|row| number(row.own));
-            tables += &format!("| {} | {median} | {low} to {high} | {own}{mark} | {outward} | {spot} |\n", row.quantity);
+            let [stated, outward, spot] = [row, outward, spot].map(|row| number(row.found));
+            tables += &format!("| {} | {median} | {low} to {high} | {stated}{mark} | {outward} | {spot} |\n", row.quantity);
         }
     }
     std::fs::write(&path, format!("{before}{begin}{tables}\n{end}{after}"))

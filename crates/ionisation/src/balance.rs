@@ -13,116 +13,14 @@
 //! | T | temperature of electrons | K |
 
 use crate::atoms::{
-    Atoms, ELEMENTS, ERG_PER_EV, Element, EmissionLine, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, LineTable, STAGES, STRIPPED, STRIPPED_EV,
-    TRIPLET_EV, TWO_PHOTON_EV, photons_of_helium,
+    Atoms, ELEMENTS, ERG_PER_EV, Element, HELIUM_EV, HYDROGEN_EV, LYMAN_ALPHA_EV, STAGES, STRIPPED, STRIPPED_EV, TRIPLET_EV, TWO_PHOTON_EV,
+    photons_of_helium,
 };
 use crate::coefficients::{Coefficients, Of};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::Lanes;
 use crate::light::{ABSORBERS, IONS, IonisingLight, NODES, OWN_NODES, ion};
-
-/// Temperatures between which the balance is sought \[K\]; at the lower one gas stays that has no light.
-pub const COLDEST: f64 = 500.0;
-/// See [`COLDEST`].
-pub const HOTTEST: f64 = 60_000.0;
-
-/// Gas: how dense, and what it is made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gas {
-    /// Nuclei of hydrogen \[cm⁻³\].
-    pub hydrogen: f64,
-    /// Nuclei of each element for one of hydrogen.
-    pub abundances: [f64; ELEMENTS],
-    /// Dust absorption cross-section of ionising light per hydrogen nucleus \[cm²\].
-    pub dust_cm2: f64,
-    /// A temperature that is held \[K\], in place of the one at which heating and cooling are in balance.
-    pub isothermal: Option<f64>,
-}
-
-impl Gas {
-    /// Gas without dust.
-    pub const fn new(hydrogen: f64, abundances: [f64; ELEMENTS]) -> Self {
-        Self { hydrogen, abundances, dust_cm2: 0.0, isothermal: None }
-    }
-}
-
-/// Gas that is in balance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
-    /// The temperature of electrons \[K\].
-    pub temperature: f64,
-    /// Their density \[cm⁻³\].
-    pub electrons: f64,
-    /// The part of each element's nuclei that has each charge.
-    pub fractions: [[f64; STAGES]; ELEMENTS],
-}
-
-impl State {
-    /// Gas without light.
-    pub fn neutral(gas: &Gas) -> Self {
-        let mut fractions = [[0.0; STAGES]; ELEMENTS];
-        fractions.iter_mut().for_each(|of_element| of_element[0] = 1.0);
-        Self { temperature: COLDEST, electrons: 1e-6 * gas.hydrogen, fractions }
-    }
-
-    /// The density of an ion \[cm⁻³\].
-    pub fn density(&self, gas: &Gas, element: Element, charge: usize) -> f64 {
-        gas.hydrogen * gas.abundances[element as usize] * self.fractions[element as usize][charge]
-    }
-
-    /// n_p n_e \[cm⁻⁶\].
-    pub fn pairs(&self, gas: &Gas) -> f64 {
-        self.electrons * self.density(gas, Element::Hydrogen, 1)
-    }
-
-    /// Emissivity of a tabulated line \[erg cm⁻³ s⁻¹\].
-    pub fn emission(&self, gas: &Gas, table: &LineTable, line: &EmissionLine) -> f64 {
-        let at = table.conditions(self.temperature, self.electrons);
-        self.electrons * self.density(gas, line.element, line.charge) * table.emissivity(line, &at)
-    }
-}
-
-/// Gas of several beams.
-#[derive(Debug, Clone)]
-pub struct States {
-    /// The temperature of electrons \[K\].
-    pub temperature: Lanes,
-    /// Their density \[cm⁻³\].
-    pub electrons: Lanes,
-    /// The part of each element's nuclei that has each charge, in the order of [`ion`].
-    pub fractions: [Lanes; IONS],
-}
-
-impl Default for States {
-    fn default() -> Self {
-        let mut states = Self { temperature: Lanes::splat(COLDEST), electrons: Lanes::ONE, fractions: [Lanes::ZERO; IONS] };
-        (0..LANES).for_each(|lane| states.put(lane, &State::neutral(&Gas::new(1.0, [1.0; ELEMENTS]))));
-        states
-    }
-}
-
-impl States {
-    /// The gas of one beam.
-    pub fn get(&self, lane: usize) -> State {
-        let fraction = |element: usize, charge: usize| self.fractions[element * STAGES + charge][lane];
-        State {
-            temperature: self.temperature[lane],
-            electrons: self.electrons[lane],
-            fractions: std::array::from_fn(|element| std::array::from_fn(|charge| fraction(element, charge))),
-        }
-    }
-
-    /// Gives a beam its gas.
-    pub fn put(&mut self, lane: usize, state: &State) {
-        (self.temperature[lane], self.electrons[lane]) = (state.temperature, state.electrons);
-        self.fractions.iter_mut().zip(state.fractions.iter().flatten()).for_each(|(own, part)| own[lane] = *part);
-    }
-
-    /// The part of an element's nuclei that has a charge.
-    #[inline(always)]
-    pub fn part(&self, element: Element, charge: usize) -> Lanes {
-        self.fractions[ion(element, charge)]
-    }
-}
+pub use crate::state::{COLDEST, Gas, HOTTEST, State, States};
+pub use crate::thermostat::{SLOPE, Thermostat};
 
 /// Photoionisation rates of each ion, in the order of [`ion`].
 #[derive(Debug, Clone)]
@@ -198,51 +96,6 @@ impl Accuracy {
     pub const COARSE: Self = Self { is_exact: false, settled: 3e-2, depth: 1.0, thickness: 0.15, counts: 3e-3, used_up: 1e-4 };
     /// Accuracy for clouds in three dimensions.
     pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.3, thickness: 0.12, counts: 1e-3, used_up: 1e-5 };
-}
-
-/// Temperatures that move to where heating is as much as cooling.
-#[derive(Debug, Clone)]
-pub struct Thermostat {
-    /// T \[K\], zero before there is one, and by how much heating was more than cooling there, in parts of their mean.
-    last: (Lanes, Lanes),
-    /// Slope of the second over ln T at the last evaluation.
-    slope: Lanes,
-    /// Changes of ln T that are too small to tell a slope.
-    little: f64,
-}
-
-/// The slope that is taken before any is known.
-pub const SLOPE: f64 = 5.0;
-
-impl Thermostat {
-    /// One that knows nothing, and asks for changes of ln T to settle below so much.
-    pub fn new(settled: f64) -> Self {
-        Self { last: (Lanes::ZERO, Lanes::ZERO), slope: Lanes::splat(SLOPE), little: 0.1 * settled }
-    }
-
-    /// Begins anew in a lane, with the slope of other gas that is near.
-    pub fn begin(&mut self, lane: usize, slope: f64) {
-        (self.last.0[lane], self.slope[lane]) = (0.0, slope);
-    }
-
-    /// The slope of a lane.
-    pub fn slope(&self, lane: usize) -> f64 {
-        self.slope[lane]
-    }
-
-    /// The next temperatures to try, given heating less cooling in parts of their mean at those before \[K\].
-    #[inline(always)]
-    pub fn next(&mut self, temperature: Lanes, excess: Lanes) -> Lanes {
-        let (last, was) = self.last;
-        // ln (T/T'), which is small.
-        let moved = (temperature - last) / (temperature + last) * 2.0;
-        // Cooling rises with some power of T beside heating; what the last two tell of it is held within reason.
-        let told = ((was - excess) / moved).at_least(1.5).at_most(15.0);
-        self.slope = last.above(0.0, moved.abs().above(self.little, told, self.slope), self.slope);
-        self.last = (temperature, excess);
-        let step = (excess / self.slope).at_least(-0.3).at_most(0.3);
-        (temperature * (step + 2.0) / (Lanes::splat(2.0) - step)).at_least(COLDEST).at_most(HOTTEST)
-    }
 }
 
 /// Gas of several beams under light.
@@ -439,7 +292,7 @@ impl Balance<'_> {
     fn photons_of_helium(&self, states: &States) -> [Lanes; 3] {
         let coefficients = self.coefficients;
         let neutral = states.part(Element::Hydrogen, 0) / states.part(Element::Helium, 0).at_least(f64::MIN_POSITIVE);
-        photons_of_helium([Of::HeliumTriplets, Of::HeliumSinglets].map(|of| coefficients.of(of)), coefficients.temperature, neutral)
+        photons_of_helium([Of::HeliumTriplets, Of::HeliumSinglets].map(|sort| coefficients.of(sort)), coefficients.temperature, neutral)
     }
 
     /// Photons that leave the place where they are made, by the first nodes of [`IonisingLight`] \[cm⁻³ s⁻¹\].
@@ -451,11 +304,11 @@ impl Balance<'_> {
         let pairs = |element: Element| states.electrons * self.density(states, element, 1);
         let (hydrogen, helium) = (pairs(Element::Hydrogen), pairs(Element::Helium));
         let [triplets, two, _] = self.photons_of_helium(states);
-        let of = |of: Of| self.coefficients.of(of);
+        let rate = |sort: Of| self.coefficients.of(sort);
         let made = self.of_stripped(states);
         let [captures, soft, hard] = [STRIPPED.captures, STRIPPED.soft, STRIPPED.hard].map(|photons| made * photons);
-        let ground = states.electrons * self.density(states, Element::Helium, 2) * of(Of::StrippedGround);
-        [hydrogen * of(Of::Ground) + captures, helium * of(Of::HeliumGround), helium * triplets + soft, helium * two, hard, ground]
+        let ground = states.electrons * self.density(states, Element::Helium, 2) * rate(Of::StrippedGround);
+        [hydrogen * rate(Of::Ground) + captures, helium * rate(Of::HeliumGround), helium * triplets + soft, helium * two, hard, ground]
     }
 
     /// Energy that electrons get \[erg cm⁻³ s⁻¹\], given the densities of ions.
@@ -479,17 +332,17 @@ impl Balance<'_> {
     fn cooling(&self, states: &States, densities: &[Lanes; IONS]) -> Lanes {
         let [neutral, proton] = [0, 1].map(|charge| densities[ion(Element::Hydrogen, charge)]);
         let [once, twice] = [1, 2].map(|charge| densities[ion(Element::Helium, charge)]);
-        let (coefficients, of) = (self.coefficients, |of: Of| self.coefficients.of(of));
+        let (coefficients, rate) = (self.coefficients, |sort: Of| self.coefficients.of(sort));
         // Of what recombination to excited levels takes, helium's is as much of k T as hydrogen's.
-        let excited = (of(Of::HeliumTriplets) + of(Of::HeliumSinglets)) * of(Of::CaseBCooling) / of(Of::CaseB);
+        let excited = (rate(Of::HeliumTriplets) + rate(Of::HeliumSinglets)) * rate(Of::CaseBCooling) / rate(Of::CaseB);
         let mut recombination = proton * self.caught(Of::CaseBCooling, Of::GroundCooling)
             + once * excited
             + twice * self.caught(Of::StrippedCaseBCooling, Of::StrippedGroundCooling);
         if self.diffuse == Diffuse::Outward {
-            recombination += once * of(Of::HeliumGround) * coefficients.kt_erg();
+            recombination += once * rate(Of::HeliumGround) * coefficients.kt_erg();
         }
-        let free_free = (proton + once) * of(Of::FreeFree) + twice * of(Of::StrippedFreeFree);
+        let free_free = (proton + once) * rate(Of::FreeFree) + twice * rate(Of::StrippedFreeFree);
         let lines = coefficients.lines(states.electrons, densities);
-        states.electrons * (recombination + free_free + neutral * of(Of::Collisions) + lines)
+        states.electrons * (recombination + free_free + neutral * rate(Of::Collisions) + lines)
     }
 }

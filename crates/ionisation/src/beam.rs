@@ -13,8 +13,8 @@ use spectra::constants::SPHERE;
 
 use crate::atoms::{ELEMENTS, HYDROGEN_EV};
 use crate::balance::{Accuracy, Gas, SLOPE, State};
+use crate::emitted::EmittedLight;
 use crate::light::{ByNode, IonisingLight, OWN_NODES};
-use crate::own::OwnLight;
 use crate::packet::{Packet, Trial};
 
 /// The first step from the star itself, in parts of the way that there is \[1\].
@@ -40,7 +40,7 @@ pub struct Beam<'a> {
     /// The step that it is at.
     attempt: Option<Attempt>,
     /// The gas's own light, where it is known already.
-    field: Option<&'a OwnLight>,
+    field: Option<&'a EmittedLight>,
 }
 
 /// A step whose gas is not known yet.
@@ -61,7 +61,7 @@ struct Near {
     hydrogen: f64,
     flux: f64,
     /// Photons that it makes \[cm⁻³ s⁻¹\].
-    own: [f64; OWN_NODES],
+    emitted: [f64; OWN_NODES],
     /// Negative slope of heating over temperature.
     slope: f64,
 }
@@ -81,7 +81,7 @@ impl Near {
             fractions.iter_mut().for_each(|part| *part *= rest);
             fractions[0] = neutral;
         }
-        (state, self.own.map(|own| own * denser * denser))
+        (state, self.emitted.map(|rate| rate * denser * denser))
     }
 }
 
@@ -97,7 +97,7 @@ pub struct Step {
     /// Its depth by node \[1\].
     pub depths: ByNode,
     /// Photons that the gas makes \[cm⁻³ s⁻¹\].
-    pub own: [f64; OWN_NODES],
+    pub emitted: [f64; OWN_NODES],
     /// By how much the last pass still moved its temperature or ionisation \[1\].
     pub moved: f64,
 }
@@ -142,7 +142,7 @@ impl<'a> Beam<'a> {
             radius_cm,
             photons,
             all: light.ionising_of(&photons),
-            near: Near { state, hydrogen: 1.0, flux: 0.0, own: [0.0; OWN_NODES], slope: SLOPE },
+            near: Near { state, hydrogen: 1.0, flux: 0.0, emitted: [0.0; OWN_NODES], slope: SLOPE },
             next_cm: f64::INFINITY,
             attempt: None,
             field: None,
@@ -151,7 +151,7 @@ impl<'a> Beam<'a> {
 
     /// Has the gas's own light be one that is known, in place of what the beam carries outward.
     #[must_use]
-    pub fn under(mut self, field: &'a OwnLight) -> Self {
+    pub fn under(mut self, field: &'a EmittedLight) -> Self {
         self.field = Some(field);
         self
     }
@@ -191,9 +191,9 @@ impl<'a> Beam<'a> {
         let inner = self.radius_cm;
         let area = self.solid_angle * mean_square(inner, thickness);
         let flux = self.light.ionising_of(&self.photons) / area;
-        let (state, own) = self.near.at(hydrogen, flux);
+        let (state, rates) = self.near.at(hydrogen, flux);
         let known = self.field.map(|field| field.at(inner + 0.5 * thickness));
-        let trial = Trial { hydrogen, inner, thickness, area, state, own, slope: self.near.slope, known };
+        let trial = Trial { hydrogen, inner, thickness, area, state, emitted: rates, slope: self.near.slope, known };
         packet.begin(lane, &self.photons, &trial);
         self.attempt = Some(Attempt { trial, most_cm, flux });
     }
@@ -204,7 +204,7 @@ impl<'a> Beam<'a> {
         let Attempt { trial, most_cm, flux } = self.attempt.take()?;
         let Trial { hydrogen, thickness, area, .. } = trial;
         let outcome = packet.end(lane);
-        self.near = Near { state: outcome.state, hydrogen, flux, own: outcome.own, slope: outcome.slope };
+        self.near = Near { state: outcome.state, hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope };
         let deepest = self.deepest(&outcome.depths);
         if deepest > 2.0 * self.accuracy.depth {
             self.next_cm = thickness * (self.accuracy.depth / deepest).clamp(1e-2, 0.5);
@@ -213,7 +213,7 @@ impl<'a> Beam<'a> {
         }
         for (node, photons) in self.photons.iter_mut().enumerate() {
             let made =
-                if node < OWN_NODES && self.field.is_none() { outcome.own[node] * area * thickness * outcome.means[node] } else { 0.0 };
+                if node < OWN_NODES && self.field.is_none() { outcome.emitted[node] * area * thickness * outcome.means[node] } else { 0.0 };
             *photons = *photons * outcome.left[node] + made;
         }
         let step = Step {
@@ -221,7 +221,7 @@ impl<'a> Beam<'a> {
             thickness_cm: thickness,
             state: outcome.state,
             depths: outcome.depths,
-            own: outcome.own,
+            emitted: outcome.emitted,
             moved: outcome.moved,
         };
         self.radius_cm += thickness;

@@ -46,8 +46,8 @@ pub struct Row {
     pub quantity: &'static str,
     /// Published results of the codes, if given.
     pub codes: Vec<f64>,
-    /// Own result.
-    pub own: f64,
+    /// Result of this crate.
+    pub found: f64,
 }
 
 impl Row {
@@ -66,7 +66,7 @@ impl Row {
     /// True if ours lies within the range, that much wider on both sides \[1\].
     pub fn is_within(&self, wider: f64) -> bool {
         let [low, high] = self.range();
-        (low * (1.0 - wider)..=high * (1.0 + wider)).contains(&self.own)
+        (low * (1.0 - wider)..=high * (1.0 + wider)).contains(&self.found)
     }
 }
 
@@ -105,7 +105,7 @@ impl Benchmark {
             // A unit of so many begins with its number.
             let unit: f64 =
                 quantity.split_once("[1e").and_then(|(_, rest)| format!("1e{}", rest.split(' ').next()?).parse().ok()).unwrap_or(1.0);
-            let own = match quantity.split(' ').next() {
+            let unit = match quantity.split(' ').next() {
                 Some("L(Hb)") => beta / unit,
                 Some("R") => found.radius_cm / unit,
                 Some("<He+>/<H+>") => found.helium,
@@ -113,7 +113,7 @@ impl Benchmark {
                 Some("T") => found.inner_temperature,
                 _ => cells[2].split('+').map(found.line).sum::<f64>() / beta,
             };
-            Row { quantity, codes: cells[3..].iter().filter_map(|cell| cell.parse().ok()).collect(), own }
+            Row { quantity, codes: cells[3..].iter().filter_map(|cell| cell.parse().ok()).collect(), found: unit }
         };
         table().filter(|cells| cells[0] == self.name).map(row).collect()
     }

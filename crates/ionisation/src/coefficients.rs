@@ -93,7 +93,7 @@ fn exact(temperature: f64) -> [f64; COUNT] {
     let (hydrogen, helium) = (&atoms.hydrogen, atoms.helium);
     let ionisation = hydrogen.collisional(temperature);
     let [triplets, singlets] = helium.to_excited(temperature);
-    for (of, value) in [
+    for (sort, value) in [
         (Of::CaseB, hydrogen.case_b(temperature, 1.0)),
         (Of::CaseBCooling, hydrogen.case_b_cooling(temperature, 1.0)),
         (Of::Ground, hydrogen.to_ground(temperature, 1.0)),
@@ -110,7 +110,7 @@ fn exact(temperature: f64) -> [f64; COUNT] {
         (Of::HeliumTriplets, triplets),
         (Of::HeliumSinglets, singlets),
     ] {
-        values[HYDROGEN + of as usize] = value;
+        values[HYDROGEN + sort as usize] = value;
     }
     for (row, electrons) in DENSITIES.into_iter().enumerate() {
         let at = atoms.collisional.conditions(temperature, electrons);
@@ -161,8 +161,8 @@ impl Coefficients {
         let first = LINES + (row - 1) * COOLANTS;
         if is_exact {
             let values = exact(temperature);
-            let own = values[..LINES].iter().chain(&values[first..first + 2 * COOLANTS]);
-            self.values.iter_mut().zip(own).for_each(|(to, value)| to[lane] = *value);
+            let values = values[..LINES].iter().chain(&values[first..first + 2 * COOLANTS]);
+            self.values.iter_mut().zip(values).for_each(|(to, value)| to[lane] = *value);
         } else {
             let place = ((temperature / COLDEST).ln() / step()).clamp(0.0, (ROWS - 1) as f64);
             let below = (place as usize).min(ROWS - 2);
@@ -199,8 +199,8 @@ impl Coefficients {
 
     /// One of hydrogen's or helium's.
     #[inline(always)]
-    pub fn of(&self, of: Of) -> Lanes {
-        self.values[HYDROGEN + of as usize]
+    pub fn of(&self, sort: Of) -> Lanes {
+        self.values[HYDROGEN + sort as usize]
     }
 
     /// The rates between a charge of a metal and the next.

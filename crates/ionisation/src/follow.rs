@@ -145,7 +145,7 @@ impl<'a> Follow<'a> {
             (walk.voxel, walk.exit, walk.gas) = (voxel, exit.min(walk.far), self.rays.cloud.gas(voxel, self.settings));
         }
         let part = walk.beam.solid_angle / SPHERE;
-        self.tally.kept.add(part * (1.0 - walk.beam.left()).clamp(0.0, 1.0));
+        self.tally.cache.add(part * (1.0 - walk.beam.left()).clamp(0.0, 1.0));
         false
     }
 

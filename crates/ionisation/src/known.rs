@@ -48,22 +48,22 @@ impl Known {
         let (cells, nodes) = (cloud.hydrogen.len(), kind.energies_ev.len());
         let mut voxels = vec![Voxel::dark(Nodes::each(|_| 0.0)); cells];
         let slabs = Slabs { cloud, kind, settings, quantities };
-        let told: Vec<(Vec<f32>, [u64; 2])> = voxels
+        let found: Vec<(Vec<f32>, [u64; 2])> = voxels
             .par_chunks_mut(CHUNK)
             .zip(flux.par_chunks(CHUNK * (nodes + BEHIND)))
             .enumerate()
             .filter(|_| goes_on())
             .map(|(number, (voxels, flux))| slabs.solve(number * CHUNK, voxels, flux))
             .collect();
-        let of = |quantity: usize| -> Vec<f32> {
-            let chunk = |(told, _): &(Vec<f32>, [u64; 2])| {
-                let voxels = told.len() / (quantities.len() + 1);
-                told[quantity * voxels..][..voxels].to_vec()
+        let quantity_values = |quantity: usize| -> Vec<f32> {
+            let chunk = |(found, _): &(Vec<f32>, [u64; 2])| {
+                let voxels = found.len() / (quantities.len() + 1);
+                found[quantity * voxels..][..voxels].to_vec()
             };
-            told.iter().flat_map(chunk).collect()
+            found.iter().flat_map(chunk).collect()
         };
-        let steps = told.iter().fold([0; 2], |sum, (_, steps)| [sum[0] + steps[0], sum[1] + steps[1]]);
-        Self { voxels, ions: of(0), quantities: (1..=quantities.len()).map(of).collect(), steps }
+        let steps = found.iter().fold([0; 2], |sum, (_, steps)| [sum[0] + steps[0], sum[1] + steps[1]]);
+        Self { voxels, ions: quantity_values(0), quantities: (1..=quantities.len()).map(quantity_values).collect(), steps }
     }
 }
 
@@ -116,7 +116,7 @@ struct Slab<'a> {
     /// The relative variance of the ways that photons have through it.
     variance: f64,
     depths: ByNode,
-    own: [f64; OWN_NODES],
+    emitted: [f64; OWN_NODES],
     /// Sums of parts of the way: of ions of hydrogen, and by quantity.
     values: Vec<f64>,
 }
@@ -143,7 +143,7 @@ impl Slab<'_> {
             let detour = 2.0 * DETOUR * (step.inner_cm / step.thickness_cm + 0.5);
             *sum += if node < OWN_NODES && depth > 0.0 { 2.0 * depth / (1.0 + (1.0 + 2.0 * detour * depth).sqrt()) } else { depth };
         }
-        self.own.iter_mut().zip(step.own).for_each(|(sum, own)| *sum += part * own);
+        self.emitted.iter_mut().zip(step.emitted).for_each(|(sum, rate)| *sum += part * rate);
     }
 }
 
@@ -167,14 +167,14 @@ impl<'a> Slabs<'a> {
         let solid_angle = 1.0 / mean_square(inner, thickness);
         let photons = std::array::from_fn(|node| if node < nodes { flux_of(node) } else { 0.0 });
         let beam = Beam::bringing(photons, self.kind, &self.settings.accuracy, (solid_angle, inner));
-        let (depths, own, values) = ([0.0; NODES], [0.0; OWN_NODES], vec![0.0; self.quantities.len() + 1]);
-        Some(Slab { voxel, gas, beam, begin_cm: inner, end_cm: inner + thickness, rate, variance, depths, own, values })
+        let (depths, rates, values) = ([0.0; NODES], [0.0; OWN_NODES], vec![0.0; self.quantities.len() + 1]);
+        Some(Slab { voxel, gas, beam, begin_cm: inner, end_cm: inner + thickness, rate, variance, depths, emitted: rates, values })
     }
 
     /// Solves voxels from `first` on; gives the ions of hydrogen and what is asked for one behind the other, and the steps.
     fn solve(&'a self, first: usize, voxels: &mut [Voxel], flux: &[f32]) -> (Vec<f32>, [u64; 2]) {
         let count = voxels.len();
-        let (mut told, mut steps) = (vec![0.0; count * (self.quantities.len() + 1)], [0; 2]);
+        let (mut found, mut steps) = (vec![0.0; count * (self.quantities.len() + 1)], [0; 2]);
         let mut packet = Packet::new(self.kind, self.settings.diffuse, &self.settings.accuracy, self.cloud.gas(first, self.settings));
         let mut waiting = flux.chunks_exact(flux.len() / count).enumerate().filter_map(|(voxel, flux)| self.slab(first + voxel, flux));
         let mut slabs: [Option<Slab>; LANES] = [const { None }; LANES];
@@ -194,7 +194,7 @@ impl<'a> Slabs<'a> {
                         slab.beam.begin((&mut packet, lane), slab.gas.hydrogen, left_cm);
                     } else if let Some(mut slab) = place.take() {
                         let voxel = slab.voxel - first;
-                        voxels[voxel] = self.end(&mut slab, |number, value| told[number * count + voxel] = value as f32);
+                        voxels[voxel] = self.end(&mut slab, |number, value| found[number * count + voxel] = value as f32);
                         last[lane] = Some(slab.beam);
                     }
                 }
@@ -210,7 +210,7 @@ impl<'a> Slabs<'a> {
                 }
             }
             if slabs.iter().all(Option::is_none) {
-                return (told, steps);
+                return (found, steps);
             }
             packet.pass();
         }
@@ -235,7 +235,7 @@ impl<'a> Slabs<'a> {
         Voxel {
             opacity: std::array::from_fn(|place| slab.depths.get(place).map_or(0.0, |depth| opacity(*depth))),
             dust: (slab.gas.hydrogen * slab.gas.dust_cm2) as f32,
-            own: slab.own.map(|own| own as f32),
+            emitted: slab.emitted.map(|rate| rate as f32),
             rate: slab.rate as f32,
             absorbed,
             depth: absorbing(absorbed),
@@ -261,8 +261,8 @@ mod tests {
         };
         for variance in [0.1, 1.0 / 3.0, 0.5] {
             for depth in [1e-3, 0.1, 1.0, 4.0] {
-                let own = left(depth, variance, on_ways(depth, variance));
-                assert!((own - 1.0).abs() < 2e-3, "{depth} {variance}: {own}");
+                let rest = left(depth, variance, on_ways(depth, variance));
+                assert!((rest - 1.0).abs() < 2e-3, "{depth} {variance}: {rest}");
             }
             assert!(left(4.0, variance, 4.0) > 1.1);
         }

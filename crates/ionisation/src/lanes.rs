@@ -168,8 +168,8 @@ mod tests {
     fn decay_is_that_of_the_library() {
         for i in 0..70_000 {
             let x = 1e-2 * f64::from(i) + 1e-3 * f64::from(i % 7);
-            let (own, truth) = (Lanes::splat(x).decay()[3], (-x.min(700.0)).exp());
-            assert!((own - truth).abs() <= 1e-12 * truth, "{x}: {own:e} {truth:e}");
+            let (found, truth) = (Lanes::splat(x).decay()[3], (-x.min(700.0)).exp());
+            assert!((found - truth).abs() <= 1e-12 * truth, "{x}: {found:e} {truth:e}");
         }
         assert_eq!(Lanes::ZERO.decay(), Lanes::ONE);
         assert!(Lanes::splat(f64::INFINITY).decay()[0] < 1e-300);

@@ -130,12 +130,12 @@ impl IonisingLight {
 
     /// Several spectra in the nodes of their sum: what they do to a gas together is what the sum of their photons does.
     pub fn several(spectra: &[Photons]) -> Vec<Self> {
-        let own = OWN.into_iter().map(|(begins, is_thermal)| {
+        let emitted = OWN.into_iter().map(|(begins, is_thermal)| {
             let energy_ev = begins + if is_thermal { KINETIC_EV } else { 0.0 };
             let thermal = is_thermal.then_some(begins);
             Node { energy_ev, samples: vec![energy_ev], lagrange: vec![1.0], shares: vec![1.0], thermal }
         });
-        let mut nodes: Vec<Node> = own.collect();
+        let mut nodes: Vec<Node> = emitted.collect();
         let mut photons = vec![[0.0; NODES]; spectra.len()];
         let bands: Vec<Band> = BANDS.into_iter().map(|band| Band::new(band, spectra)).collect();
         let all: f64 = bands.iter().map(|band| band.photons).sum();
@@ -160,12 +160,12 @@ impl IonisingLight {
         for (element, charge) in Element::METALS.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)))
         {
             let ion = ion(element, charge);
-            let of = |(place, node): (usize, &Node)| {
+            let photons = |(place, node): (usize, &Node)| {
                 let (sigma, heat) = node.mean_of((element, charge))?;
                 metals[place].push((ion, sigma));
                 Some(Absorption { node: place, sigma, heat })
             };
-            ions.push((ion, nodes.iter().enumerate().filter_map(of).collect()));
+            ions.push((ion, nodes.iter().enumerate().filter_map(photons).collect()));
         }
         let energies_ev: Vec<f64> = nodes.iter().map(|node| node.energy_ev).collect();
         let light = |photons| Self {
@@ -235,15 +235,15 @@ impl Band {
     fn new((low, high, count): (f64, f64, usize), spectra: &[Photons]) -> Self {
         let step = (high / low).ln() / SAMPLES as f64;
         let x: Vec<f64> = (0..SAMPLES).map(|i| low.ln() + (i as f64 + 0.5) * step).collect();
-        let of = |spectrum: &Photons| x.iter().map(|x| spectrum(x.exp()) * x.exp() * step).collect();
-        let masses: Vec<Vec<f64>> = spectra.iter().map(of).collect();
+        let integrand = |spectrum: &Photons| x.iter().map(|x| spectrum(x.exp()) * x.exp() * step).collect();
+        let masses: Vec<Vec<f64>> = spectra.iter().map(integrand).collect();
         let mass: Vec<f64> = (0..SAMPLES).map(|i| masses.iter().map(|mass| mass[i]).sum()).collect();
         let rule = gauss_of_measure(&x, &mass, count);
-        let node = |(j, (own, photons)): (usize, &(f64, f64))| {
+        let node = |(j, (emission, photons)): (usize, &(f64, f64))| {
             let others: Vec<f64> = rule.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, (other, _))| *other).collect();
-            let lagrange: Vec<f64> = x.iter().map(|x| others.iter().map(|other| (x - other) / (own - other)).product()).collect();
+            let lagrange: Vec<f64> = x.iter().map(|x| others.iter().map(|other| (x - other) / (emission - other)).product()).collect();
             let shares = lagrange.iter().zip(&mass).map(|(lagrange, m)| m * lagrange / photons).collect();
-            Node { energy_ev: own.exp(), samples: x.iter().map(|x| x.exp()).collect(), lagrange, shares, thermal: None }
+            Node { energy_ev: emission.exp(), samples: x.iter().map(|x| x.exp()).collect(), lagrange, shares, thermal: None }
         };
         Self { nodes: rule.iter().enumerate().map(node).collect(), photons: mass.iter().sum(), masses }
     }

@@ -110,7 +110,7 @@ impl Lit {
     pub fn add_to(&mut self, flux: &mut [f32], (rays, light): (&Rays, &IonisingLight)) -> Vec<f32> {
         let (nodes, room, area) = (self.nodes, self.room, self.area());
         let (photons, widest) = (light.photons.iter().sum::<f64>() / SPHERE, rays.widest_cross_section());
-        let of = |(voxel, (flux, pairs)): (usize, (&mut [f32], &mut [AtomicU64]))| {
+        let rates = |(voxel, (flux, pairs)): (usize, (&mut [f32], &mut [AtomicU64]))| {
             // Where no ray has come nothing else is looked at: most of the cloud, as a rule.
             if (*pairs[area / 2].get_mut() >> (32 * (area % 2))) as u32 == 0 {
                 return 0.0;
@@ -135,6 +135,6 @@ impl Lit {
             }
             weighted as f32
         };
-        flux.par_chunks_exact_mut(nodes + BEHIND).zip(self.pairs.par_chunks_exact_mut(room)).enumerate().map(of).collect()
+        flux.par_chunks_exact_mut(nodes + BEHIND).zip(self.pairs.par_chunks_exact_mut(room)).enumerate().map(rates).collect()
     }
 }

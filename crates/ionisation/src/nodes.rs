@@ -107,8 +107,8 @@ mod tests {
     fn decay_is_that_of_the_library() {
         for i in 0..90_000 {
             let x = 1e-3 * i as f32 + 1e-4 * (i % 7) as f32;
-            let (own, truth) = (f64::from(all(x).decay().0[3]), (-f64::from(x.min(87.0))).exp());
-            assert!((own - truth).abs() <= 3e-7 * truth, "{x}: {own:e} {truth:e}");
+            let (found, truth) = (f64::from(all(x).decay().0[3]), (-f64::from(x.min(87.0))).exp());
+            assert!((found - truth).abs() <= 3e-7 * truth, "{x}: {found:e} {truth:e}");
             let mean = f64::from(all(x).mean_decay(all(x).decay()).0[3]);
             let truth = if x > 0.0 { -(-f64::from(x)).exp_m1() / f64::from(x) } else { 1.0 };
             assert!((mean - truth).abs() <= 4e-6 * truth, "{x}: {mean:e} {truth:e}");

@@ -31,7 +31,7 @@ pub struct Trial {
     /// State of the gas.
     pub state: State,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
-    pub own: [f64; OWN_NODES],
+    pub emitted: [f64; OWN_NODES],
     /// Negative slope of heating over ln T, relative to cooling.
     pub slope: f64,
     /// The flux of the gas's own light, where it is known from elsewhere \[s⁻¹ cm⁻²\]; else it is that of the beam itself.
@@ -44,7 +44,7 @@ pub struct Outcome {
     /// Its gas.
     pub state: State,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
-    pub own: [f64; OWN_NODES],
+    pub emitted: [f64; OWN_NODES],
     /// Negative slope of heating over ln T, relative to cooling.
     pub slope: f64,
     /// Its depth by node \[1\].
@@ -73,7 +73,7 @@ pub struct Packet<'a> {
     /// Photons that come in by node \[s⁻¹\].
     photons: [Lanes; NODES],
     states: States,
-    own: [Lanes; OWN_NODES],
+    emitted: [Lanes; OWN_NODES],
     /// The flux of the gas's own light \[s⁻¹ cm⁻²\], and in which lanes (one, else zero) it is known.
     known: [Lanes; OWN_NODES],
     is_known: Lanes,
@@ -107,7 +107,7 @@ impl<'a> Packet<'a> {
             area: Lanes::ONE,
             photons: [Lanes::ZERO; NODES],
             states,
-            own: [Lanes::ZERO; OWN_NODES],
+            emitted: [Lanes::ZERO; OWN_NODES],
             known: [Lanes::ZERO; OWN_NODES],
             is_known: Lanes::ZERO,
             absorbing: [Lanes::ZERO; ABSORBERS.len()],
@@ -128,10 +128,10 @@ impl<'a> Packet<'a> {
 
     /// Begins a step in a lane, given the photons that come in by node \[s⁻¹\].
     pub fn begin(&mut self, lane: usize, photons: &ByNode, trial: &Trial) {
-        self.photons.iter_mut().zip(photons).for_each(|(own, photons)| own[lane] = *photons);
-        self.own.iter_mut().zip(trial.own).for_each(|(own, value)| own[lane] = value);
+        self.photons.iter_mut().zip(photons).for_each(|(lane_photons, photons)| lane_photons[lane] = *photons);
+        self.emitted.iter_mut().zip(trial.emitted).for_each(|(lane_rates, value)| lane_rates[lane] = value);
         self.is_known[lane] = if trial.known.is_some() { 1.0 } else { 0.0 };
-        self.known.iter_mut().zip(trial.known.unwrap_or_default()).for_each(|(own, value)| own[lane] = value);
+        self.known.iter_mut().zip(trial.known.unwrap_or_default()).for_each(|(lane_known, value)| lane_known[lane] = value);
         (self.hydrogen[lane], self.inner[lane]) = (trial.hydrogen, trial.inner);
         (self.thickness[lane], self.area[lane]) = (trial.thickness, trial.area);
         self.states.put(lane, &trial.state);
@@ -153,13 +153,13 @@ impl<'a> Packet<'a> {
     /// Ends a lane's step.
     pub fn end(&mut self, lane: usize) -> Outcome {
         self.passes[lane] = None;
-        let of = |values: &[Lanes; NODES]| std::array::from_fn(|node| values[node][lane]);
+        let lane_values = |values: &[Lanes; NODES]| std::array::from_fn(|node| values[node][lane]);
         Outcome {
             state: self.states.get(lane),
-            own: self.own.map(|own| own[lane]),
+            emitted: self.emitted.map(|rates| rates[lane]),
             slope: self.thermostat.slope(lane),
-            depths: of(&self.depths),
-            left: of(&self.left),
+            depths: lane_values(&self.depths),
+            left: lane_values(&self.left),
             means: self.means.map(|mean| mean[lane]),
             moved: self.moved[lane],
         }
@@ -218,7 +218,7 @@ impl<'a> Packet<'a> {
                 // Of light that is made all along the way, and whose own is longer: what is left of it, and how that falls.
                 let part = depth.above(1e-4, (Lanes::ONE - mean) * inverse, Lanes::splat(0.5));
                 let parting = depth.above(1e-2, (part - falling) * inverse, Lanes::splat(1.0 / 6.0));
-                let made = self.own[node] * self.thickness;
+                let made = self.emitted[node] * self.thickness;
                 flux += made * part;
                 steep = (incoming * falling + made * parting) * self.thickness * (detour * 2.0 - 1.0) * detour - flux * distance * DETOUR;
                 flux = self.is_known.above(0.5, self.known[node], flux * detour);
@@ -250,7 +250,7 @@ impl<'a> Packet<'a> {
             near: &self.near,
         };
         let excess = balance.pass(&mut self.states);
-        self.own = balance.own_light(&self.states);
+        self.emitted = balance.own_light(&self.states);
         if self.gas.isothermal.is_none() {
             self.states.temperature = self.thermostat.next(temperature, excess);
         }

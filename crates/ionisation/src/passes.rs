@@ -114,7 +114,7 @@ impl Cloud<'_> {
             return Err(IonisationError::Stopped);
         }
         let [steps, unsettled] = tally.steps();
-        let escaped = vec![tally.kept.escaped()];
+        let escaped = vec![tally.cache.escaped()];
         Ok(Ionised { quantities: tally.quantities(), passes: 1, change: 0.0, escaped, steps, unsettled, by: Processor.name() })
     }
 

@@ -56,7 +56,7 @@ impl<'a> Tracers<'a> {
                 self.turns = Some(processor);
                 escaped
             }
-            told => told,
+            found => found,
         }
     }
 }

@@ -5,9 +5,9 @@ use spectra::constants::SPHERE;
 use crate::atoms::{Atoms, Element, LineTable};
 use crate::balance::{Accuracy, Diffuse, Gas, State};
 use crate::beam::{Beam, Step};
+use crate::emitted::{EmittedLight, Source};
 use crate::known::opacity;
 use crate::light::{ByNode, IonisingLight, OWN_NODES};
-use crate::own::{OwnLight, Source};
 use crate::packet::Packet;
 
 /// A cloud of one density and a hole in its middle, and its shells.
@@ -55,18 +55,25 @@ impl Sphere {
     }
 
     /// The light that its shells make, in all directions.
-    pub fn own_light(&self, light: &IonisingLight) -> OwnLight {
+    pub fn own_light(&self, light: &IonisingLight) -> EmittedLight {
         let mut edges: Vec<f64> = self.shells.iter().map(|shell| shell.inner_cm).collect();
         edges.extend(self.shells.last().map(|shell| shell.inner_cm + shell.thickness_cm));
-        let of = |shell: &Step| {
+        let shell_sum = |shell: &Step| {
             let opacity = opacity(light, &self.gas, &shell.state);
-            std::array::from_fn(|node| Source { made: shell.own[node], opacity: opacity[node] })
+            std::array::from_fn(|node| Source { made: shell.emitted[node], opacity: opacity[node] })
         };
-        OwnLight::new(&edges, &self.shells.iter().map(of).collect::<Vec<_>>())
+        EmittedLight::new(&edges, &self.shells.iter().map(shell_sum).collect::<Vec<_>>())
     }
 
     /// See [`with_accuracy`](Self::with_accuracy); the flux of its own light may be known.
-    fn under(gas: Gas, light: &IonisingLight, diffuse: Diffuse, radii_cm: [f64; 2], accuracy: &Accuracy, field: Option<&OwnLight>) -> Self {
+    fn under(
+        gas: Gas,
+        light: &IonisingLight,
+        diffuse: Diffuse,
+        radii_cm: [f64; 2],
+        accuracy: &Accuracy,
+        field: Option<&EmittedLight>,
+    ) -> Self {
         let mut beam = Beam::new(light, accuracy, SPHERE, radii_cm[0]);
         if let Some(field) = field {
             beam = beam.under(field);
@@ -95,11 +102,11 @@ impl Sphere {
     /// The power of a line by its label \[erg s⁻¹\]; nothing where no line is called so.
     pub fn line(&self, label: &str) -> f64 {
         let atoms = Atoms::get();
-        let of = |table: &LineTable| {
+        let line_flux = |table: &LineTable| {
             let lines = table.lines.iter().filter(|line| line.label == label);
             lines.map(|line| self.sum(|state| state.emission(&self.gas, table, line))).sum::<f64>()
         };
-        of(&atoms.collisional) + of(&atoms.recombination)
+        line_flux(&atoms.collisional) + line_flux(&atoms.recombination)
     }
 
     /// The temperature weighted by n_p n_e \[K\].
@@ -110,8 +117,9 @@ impl Sphere {
 
     /// The part of helium's nuclei that are He⁺ for that of hydrogen's that are H⁺, both weighted by n_e.
     pub fn helium(&self) -> f64 {
-        let of = |element: Element| self.sum(|s| s.electrons * s.density(&self.gas, element, 1)) / self.gas.abundances[element as usize];
-        of(Element::Helium) / of(Element::Hydrogen)
+        let element_mean =
+            |element: Element| self.sum(|s| s.electrons * s.density(&self.gas, element, 1)) / self.gas.abundances[element as usize];
+        element_mean(Element::Helium) / element_mean(Element::Hydrogen)
     }
 
     /// The radius at which an ion's part of its element is a half for the last time \[cm\].

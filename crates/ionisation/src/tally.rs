@@ -37,7 +37,7 @@ pub struct Tally<'a> {
     steps: AtomicU64,
     unsettled: AtomicU64,
     /// The part of the star's photons that stayed in the cloud.
-    pub kept: Kept,
+    pub cache: Kept,
 }
 
 /// Statistics of a voxel along a beam: a part of its volume, and sums by quantity in parts of their most.
@@ -86,7 +86,7 @@ impl<'a> Tally<'a> {
             voxel_volume,
             steps: AtomicU64::new(0),
             unsettled: AtomicU64::new(0),
-            kept: Kept::default(),
+            cache: Kept::default(),
         }
     }
 
@@ -130,10 +130,10 @@ impl<'a> Tally<'a> {
 
     /// The means of what is asked for.
     pub fn quantities(&self) -> Vec<Vec<f32>> {
-        let of = |(quantity, sums): (&Quantity, &Vec<AtomicU64>)| {
+        let sum = |(quantity, sums): (&Quantity, &Vec<AtomicU64>)| {
             let voxels = sums.par_iter().zip(&self.volume);
             voxels.map(|(sum, volume)| mean(sum, quantity.most, volume.load(Ordering::Relaxed) as f64)).collect()
         };
-        self.quantities.iter().zip(&self.sums).map(of).collect()
+        self.quantities.iter().zip(&self.sums).map(sum).collect()
     }
 }

@@ -42,7 +42,7 @@ impl Turns for OnProcessor<'_> {
             if !rays.in_parts(listener, |patches| patches.iter().all(send)) {
                 return Err(Failure::Stopped);
             }
-            escaped.push(transport.kept.escaped());
+            escaped.push(transport.cache.escaped());
             light.rates[number] = self.lit.add_to(&mut light.flux, (&rays, star.light));
         }
         Ok(escaped)
@@ -70,7 +70,7 @@ struct Transport<'a> {
     /// Sums of the star's light in voxels.
     lit: &'a Lit,
     /// Fraction of the star's photons that stays in the cloud.
-    kept: Kept,
+    cache: Kept,
     /// The star's photons in a steradian \[s⁻¹ sr⁻¹\], and by node in parts of all.
     photons: f64,
     parts: Nodes,
@@ -102,7 +102,7 @@ impl<'a> Transport<'a> {
         let widest = rays.widest_cross_section();
         let widest_cm2 = (rays.cloud.voxel * PARSEC_CM).element_product().cbrt().powi(2) * widest;
         let (by, dark, used_up) = (ByStar::new(light), Nodes::of(&task.dark, 1.0), task.used_up as f32);
-        Self { rays, by, used_up, voxels, dark, others, lit, kept: Kept::default(), photons: all / SPHERE, parts, widest_cm2, widest }
+        Self { rays, by, used_up, voxels, dark, others, lit, cache: Kept::default(), photons: all / SPHERE, parts, widest_cm2, widest }
     }
 
     /// Has the light of a patch go its way.
@@ -117,12 +117,12 @@ impl<'a> Transport<'a> {
 /// Follows a ray up to where it parts or ends.
 #[multiversion(targets = "simd")]
 fn follow(transport: &Transport, mut ray: Ray, waiting: &mut Vec<Ray>) {
-    let Transport { rays, by, used_up, voxels, others, lit, kept, .. } = transport;
+    let Transport { rays, by, used_up, voxels, others, lit, cache, .. } = transport;
     let (direction, solid_angle) = (ray.patch.direction(), ray.patch.solid_angle());
     let all = (transport.parts * by.ionises).sum();
     let (mut left, mut dark) = ((ray.photons * by.ionises).sum(), None);
     let (cloud, used_up) = (rays.cloud, used_up * all);
-    let keep = |left: f32| kept.add(solid_angle / SPHERE * f64::from(1.0 - left / all).clamp(0.0, 1.0));
+    let keep = |left: f32| cache.add(solid_angle / SPHERE * f64::from(1.0 - left / all).clamp(0.0, 1.0));
     let Some((near, far)) = rays.clipped(direction) else { return keep(left) };
     let (area, variance) = rays.met(direction);
     let (area, variance) = ((area / transport.widest) as f32, variance as f32);

@@ -30,7 +30,7 @@ pub struct Voxel {
     /// \[cm⁻¹\]
     pub dust: f32,
     /// Photons that it makes \[cm⁻³ s⁻¹\].
-    pub own: [f32; OWN_NODES],
+    pub emitted: [f32; OWN_NODES],
     /// Γ \[s⁻¹\]; none where there was no light.
     pub rate: f32,
     /// The part of the light that it absorbs, and the depth that does so \[1\].
@@ -49,7 +49,7 @@ pub fn absorbing(part: f32) -> f32 {
 impl Voxel {
     /// Gas to which no light has come, of an opacity \[cm⁻¹\].
     pub(crate) fn dark(opacity: Nodes) -> Self {
-        Self { opacity: opacity.0, dust: 0.0, own: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, depth: 0.0, ionised: 0.0 }
+        Self { opacity: opacity.0, dust: 0.0, emitted: [0.0; OWN_NODES], rate: 0.0, absorbed: 1.0, depth: 0.0, ionised: 0.0 }
     }
 
     /// True if light had come to it.
@@ -115,8 +115,8 @@ pub(crate) fn cross(photons: &mut Nodes, voxel: &Voxel, crossing: &Crossing, lig
     });
     let decay = depth.decay();
     let mean = depth.mean_decay(decay);
-    let own = Nodes::each(|place| if place < OWN_NODES { voxel.own[place % OWN_NODES] } else { 0.0 });
-    let leaving = *photons * decay + own * mean * made;
+    let rates = Nodes::each(|place| if place < OWN_NODES { voxel.emitted[place % OWN_NODES] } else { 0.0 });
+    let leaving = *photons * decay + rates * mean * made;
     *photons = Nodes::each(|place| if leaving.0[place] > NONE { leaving.0[place] } else { 0.0 });
     (*photons * light.ionises).sum()
 }

@@ -27,9 +27,9 @@ fn stroemgren() {
     for density in [1e4, 1e5] {
         let truth = (3.0 * Q / (4.0 * PI * density * density * case_b())).cbrt();
         for diffuse in [Diffuse::OnTheSpot, Diffuse::Outward] {
-            let own = pure(density, 0.0, diffuse).front_cm(Element::Hydrogen, 0).unwrap();
-            println!("{density} {diffuse:?}: {:.5}", own / truth);
-            assert!((own / truth - 1.0).abs() < 5e-3, "{density} {diffuse:?}: {}", own / truth);
+            let front = pure(density, 0.0, diffuse).front_cm(Element::Hydrogen, 0).unwrap();
+            println!("{density} {diffuse:?}: {:.5}", front / truth);
+            assert!((front / truth - 1.0).abs() < 5e-3, "{density} {diffuse:?}: {}", front / truth);
         }
     }
 }
@@ -49,9 +49,9 @@ fn dusty() {
             let middle = 0.5 * (low + high);
             if filled(middle) < 1.0 { low = middle } else { high = middle }
         }
-        let own = pure(density, depth / (density * without), Diffuse::OnTheSpot).front_cm(Element::Hydrogen, 0).unwrap() / without;
-        println!("{depth}: {own:.5} {low:.5}");
-        assert!((own / low - 1.0).abs() < 1e-2, "{depth}: {own} {low}");
+        let front = pure(density, depth / (density * without), Diffuse::OnTheSpot).front_cm(Element::Hydrogen, 0).unwrap() / without;
+        println!("{depth}: {front:.5} {low:.5}");
+        assert!((front / low - 1.0).abs() < 1e-2, "{depth}: {front} {low}");
     }
 }
 

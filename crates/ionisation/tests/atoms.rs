@@ -4,8 +4,8 @@ use ionisation::atoms::{Atoms, Element};
 use spectra::nebular::ion_lines;
 use spectra::units::{NumberDensity, Temperature};
 
-fn close(name: &str, own: f64, printed: f64, accuracy: f64) {
-    assert!((own / printed - 1.0).abs() < accuracy, "{name}: {own:e} {printed:e}");
+fn close(name: &str, found: f64, printed: f64, accuracy: f64) {
+    assert!((found / printed - 1.0).abs() < accuracy, "{name}: {found:e} {printed:e}");
 }
 
 /// Case B of Storey & Hummer 1995, MNRAS 272, 41, at 100 cm⁻³; helium in Osterbrock & Ferland 2006, table 2.4; σ(H⁰) at its threshold, and that of He⁺, which is a fourth of it.
@@ -109,11 +109,11 @@ fn lines_between_nodes() {
         let table = if ion == "H1" { &atoms.recombination } else { &atoms.collisional };
         let line = table.lines.iter().find(|line| line.label == label).unwrap();
         for temperature in [11_000.0, 16_000.0, 18_000.0] {
-            let own = table.emissivity(line, &table.conditions(temperature, 1000.0));
+            let found = table.emissivity(line, &table.conditions(temperature, 1000.0));
             let lines = ion_lines(ion, Temperature(temperature), NumberDensity(1000.0)).unwrap();
             let other = lines.lines().iter().find(|line| (line.lambda_um - spectra::air::vacuum_um(um)).abs() < 2e-5).unwrap().strength;
             // W m⁻³ sr⁻¹ of n_e n_ion = 1 cm⁻⁶.
-            close(label, own, other * 4.0 * std::f64::consts::PI * 10.0, 6e-3);
+            close(label, found, other * 4.0 * std::f64::consts::PI * 10.0, 6e-3);
         }
     }
     // Two levels are exact in density, so a forbidden doublet is nearly so.

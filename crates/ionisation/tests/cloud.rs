@@ -16,8 +16,8 @@ const PARSEC_CM: f64 = 3.085_677_581e18;
 
 fn line(label: &'static str) -> impl Fn(&Gas, &State) -> f64 + Sync {
     let atoms = Atoms::get();
-    let of = |table: &'static LineTable| table.lines.iter().find(|line| line.label == label).map(|line| (table, line));
-    let (table, line) = of(&atoms.collisional).or_else(|| of(&atoms.recombination)).unwrap();
+    let found = |table: &'static LineTable| table.lines.iter().find(|line| line.label == label).map(|line| (table, line));
+    let (table, line) = found(&atoms.collisional).or_else(|| found(&atoms.recombination)).unwrap();
     move |gas, state| state.emission(gas, table, line)
 }
 
@@ -123,7 +123,7 @@ fn shadows_are_sharp() {
 /// A star without light, a cloud without gas, and one that light leaves.
 #[test]
 fn clouds_of_all_kinds() {
-    let of = |hydrogen: f32, light: &IonisingLight, star: DVec3| {
+    let solved = |hydrogen: f32, light: &IonisingLight, star: DVec3| {
         let hydrogen = vec![hydrogen; 512];
         let cloud = Cloud { dust_cm2: 1e-21, ..cube(&hydrogen, 8, 1.0) };
         let part = |_: &Gas, state: &State| state.fractions[0][1];
@@ -134,16 +134,16 @@ fn clouds_of_all_kinds() {
     };
     let light = IonisingLight::blackbody(40_000.0, 1e49);
     for star in [DVec3::ZERO, DVec3::splat(0.25), DVec3::new(1.0, 1.0, 1.0), DVec3::new(9.0, 0.1, 0.0)] {
-        assert_eq!(of(0.0, &light, star), 0.0);
-        assert!(of(1.0, &light, star) > 0.99, "{star}");
-        assert!(of(1e6, &light, star) < 0.05, "{star}");
-        assert_eq!(of(1.0, &light.clone().scaled(0.0), star), 0.0);
+        assert_eq!(solved(0.0, &light, star), 0.0);
+        assert!(solved(1.0, &light, star) > 0.99, "{star}");
+        assert!(solved(1e6, &light, star) < 0.05, "{star}");
+        assert_eq!(solved(1.0, &light.clone().scaled(0.0), star), 0.0);
     }
     // A cool star ionises what its few photons can: recombinations, 2.5e-12 cm3/s and more below 600 K, are not more than they.
-    let faint = f64::from(of(1.0, &IonisingLight::blackbody(3000.0, 1e40), DVec3::ZERO));
+    let faint = f64::from(solved(1.0, &IonisingLight::blackbody(3000.0, 1e40), DVec3::ZERO));
     assert!(faint > 0.0 && faint < (1e40 / 2.5e-12 / (2.0 * PARSEC_CM).powi(3)).sqrt(), "{faint:e}");
     // Light that has no ionising photon at all.
-    assert!(of(1.0, &IonisingLight::new(|_| 0.0), DVec3::ZERO) == 0.0);
+    assert!(solved(1.0, &IonisingLight::new(|_| 0.0), DVec3::ZERO) == 0.0);
 }
 
 /// Two stars at one place are one of twice the light; two that are far apart have each its own sphere; and where both shine
@@ -202,11 +202,11 @@ fn work_is_heard_of_and_stopped() {
     let solved = |stars: &[Star], heard: &(dyn Fn(u64, u64) -> bool + Sync)| {
         cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }], heard)
     };
-    let told = Mutex::new(Vec::new());
-    let both = solved(&pair, &|done, all| told.lock().map(|mut told| told.push((done, all))).is_ok()).unwrap();
-    let told = told.into_inner().unwrap();
-    assert!(told.len() > 10 && told.iter().all(|(done, all)| done <= all && *all == told[0].1), "{told:?}");
-    assert_eq!(told.last().map(|(done, all)| done == all), Some(true));
+    let heard = Mutex::new(Vec::new());
+    let both = solved(&pair, &|done, all| heard.lock().map(|mut heard| heard.push((done, all))).is_ok()).unwrap();
+    let heard = heard.into_inner().unwrap();
+    assert!(heard.len() > 10 && heard.iter().all(|(done, all)| done <= all && *all == heard[0].1), "{heard:?}");
+    assert_eq!(heard.last().map(|(done, all)| done == all), Some(true));
     let all = |found: &Ionised| found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>();
     let alone = solved(&[Star { place: DVec3::ZERO, light: &one }], &|_, _| true).unwrap();
     // On a sphere of so few voxels.
@@ -228,18 +228,18 @@ fn bad_clouds_are_refused() {
     // Whatever lives as long as any star.
     let other: &'static IonisingLight = Box::leak(Box::new(IonisingLight::blackbody(30_000.0, 1e48)));
     let hydrogen = vec![10.0; 64];
-    let of = |change: Change| {
+    let changed = |change: Change| {
         let mut cloud = cube(&hydrogen, 4, 1.0);
         let (mut stars, mut settings) = (vec![Star { place: DVec3::ZERO, light: &light }], Settings::default());
         change(&mut cloud, &mut stars, &mut settings);
         cloud.ionised(&stars, &settings, &[], &|_, _| true).map_err(|e| e.to_string())
     };
     // A thin cloud that most of the light leaves, and a star outside that sends next to nothing into it.
-    let thin = of(&|_, _, _| ()).unwrap();
+    let thin = changed(&|_, _, _| ()).unwrap();
     assert!(thin.escaped[0] > 0.9 && thin.escaped[0] < 1.0 && thin.unsettled == 0 && thin.steps > 0, "{thin:?}");
-    let far = of(&|_, stars, _| stars[0].place.x = 30.0).unwrap();
+    let far = changed(&|_, stars, _| stars[0].place.x = 30.0).unwrap();
     assert!(far.escaped[0] > 0.99);
-    assert!(of(&|_, stars, _| stars.clear()).unwrap().escaped.is_empty());
+    assert!(changed(&|_, stars, _| stars.clear()).unwrap().escaped.is_empty());
     let nan = [f32::NAN; 64];
     let changes: [(Change, &str); 8] = [
         (&|cloud, _, _| cloud.dims = [4, 4, 5], "64 densities for 4 x 4 x 5"),
@@ -252,7 +252,7 @@ fn bad_clouds_are_refused() {
         (&|_, _, settings| settings.memory_limit = 100, "limit is 100"),
     ];
     for (change, word) in changes {
-        let message = of(change).unwrap_err();
+        let message = changed(change).unwrap_err();
         assert!(message.contains(word), "{message}");
     }
     let cloud = cube(&nan, 4, 1.0);
@@ -269,12 +269,12 @@ fn several_stars_in_voxels_of_all_shapes() {
         let unit = all / IonisingLight::new(photons(1.0)).ionising();
         let one = IonisingLight::new(photons(unit));
         let halves = IonisingLight::several(&[&photons(0.5 * unit), &photons(0.5 * unit)]);
-        let of = |lights: &[&IonisingLight]| {
+        let solved = |lights: &[&IonisingLight]| {
             let stars: Vec<Star> = lights.iter().map(|light| Star { place, light }).collect();
             let found = cloud.ionised(&stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }], &|_, _| true).unwrap();
             found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>()
         };
-        (of(&[&halves[0], &halves[1]]), of(&[&one]))
+        (solved(&[&halves[0], &halves[1]]), solved(&[&one]))
     };
     for (voxel, place) in [
         (DVec3::new(0.05, 0.05, 0.2), DVec3::new(0.012, 0.013, 0.09)),

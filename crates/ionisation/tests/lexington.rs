@@ -13,9 +13,9 @@ fn outside(rows: &[Row], temperature: f64) -> Vec<&'static str> {
     let mut outside = Vec::new();
     for row in rows {
         let [low, high] = row.range();
-        println!("{:24} {:.4} {low} to {high}", row.quantity, row.own);
+        println!("{:24} {:.4} {low} to {high}", row.quantity, row.found);
         match row.quantity.split(' ').next() {
-            Some("L(Hb)") => assert!((row.own / row.median() - 1.0).abs() < 0.03, "{row:?}"),
+            Some("L(Hb)") => assert!((row.found / row.median() - 1.0).abs() < 0.03, "{row:?}"),
             Some("T") if row.quantity.contains("n_e") => assert!(row.is_within(temperature), "{row:?}"),
             Some("T" | "R" | "<He+>/<H+>") => assert!(row.is_within(0.0), "{row:?}"),
             _ if row.is_within(WIDER) => {}
@@ -62,7 +62,7 @@ fn planetary_nebulae() {
         let rows = benchmark.rows(&benchmark.isotropic(&Accuracy::REFERENCE));
         let is_line = |row: &&Row| !["L(Hb)", "T", "R", "<He+>/<H+>"].contains(&row.quantity.split(' ').next().unwrap());
         for row in &rows {
-            println!("{} {:24} {:.4} {:?}", benchmark.name, row.quantity, row.own, row.range());
+            println!("{} {:24} {:.4} {:?}", benchmark.name, row.quantity, row.found, row.range());
             assert!(is_line(&row) || row.is_within(0.0), "{row:?}");
         }
         let outside: Vec<&str> = rows.iter().filter(is_line).filter(|row| !row.is_within(WIDER)).map(|row| row.quantity).collect();
@@ -77,7 +77,7 @@ fn planetary_nebulae() {
 fn own_light_leaves_a_cloud_that_ends_before_its_front() {
     let benchmark = BENCHMARKS[2];
     let part = |sphere: &ionisation::sphere::Sphere| {
-        let made: f64 = sphere.shells.iter().map(|shell| shell.volume(4.0 * std::f64::consts::PI) * shell.own[0]).sum();
+        let made: f64 = sphere.shells.iter().map(|shell| shell.volume(4.0 * std::f64::consts::PI) * shell.emitted[0]).sum();
         sphere.left[0] / made
     };
     let [isotropic, outward] =
@@ -92,16 +92,16 @@ fn own_light_leaves_a_cloud_that_ends_before_its_front() {
 fn outward_is_beside_isotropic() {
     for (benchmark, wider) in [(BENCHMARKS[0], 0.03), (BENCHMARKS[2], 0.08)] {
         let rows = |sphere| benchmark.rows(&sphere);
-        let [truth, own] =
+        let [truth, found] =
             [rows(benchmark.isotropic(&Accuracy::REFERENCE)), rows(benchmark.sphere(Diffuse::Outward, &Accuracy::REFERENCE))];
-        for (own, truth) in own.iter().zip(&truth) {
-            println!("{} {:24} {:+.1} %", benchmark.name, own.quantity, 100.0 * (own.own / truth.own - 1.0));
-            let most = match own.quantity {
+        for (value, truth) in found.iter().zip(&truth) {
+            println!("{} {:24} {:+.1} %", benchmark.name, value.quantity, 100.0 * (value.found / truth.found - 1.0));
+            let most = match value.quantity {
                 quantity if quantity.starts_with("L(Hb)") || quantity.contains("n_e") => 0.01,
                 "[N II] 6584+6548" | "[O II] 3726+3729" | "[O III] 5007+4959" | "[S III] 9532+9069" => wider,
                 _ => continue,
             };
-            assert!((own.own / truth.own - 1.0).abs() < most, "{own:?} {truth:?}");
+            assert!((value.found / truth.found - 1.0).abs() < most, "{value:?} {truth:?}");
         }
     }
 }
@@ -109,15 +109,15 @@ fn outward_is_beside_isotropic() {
 /// Solver of three-dimensional clouds, compared with the reference.
 #[test]
 fn fast_is_the_reference() {
-    let [truth, own] = [Accuracy::REFERENCE, Accuracy::FAST].map(|accuracy| {
+    let [truth, found] = [Accuracy::REFERENCE, Accuracy::FAST].map(|accuracy| {
         let sphere = BENCHMARKS[0].sphere(Diffuse::Outward, &accuracy);
         let lines = ["[OIII]5007", "[NII]6584", "[OII]3726", "[SII]6716", "[SIII]9531"].map(|label| sphere.line(label));
         let front = sphere.front_cm(Element::Hydrogen, 0).unwrap();
         (sphere.shells.len(), [&[sphere.temperature(), sphere.helium(), front], &lines[..]].concat())
     });
-    assert!(own.0 < truth.0 / 4);
-    println!("{:?}", own.1.iter().zip(&truth.1).map(|(a, b)| 100.0 * (a / b - 1.0)).collect::<Vec<_>>());
-    for (own, truth) in own.1.iter().zip(&truth.1) {
-        assert!((own / truth - 1.0).abs() < 5e-3, "{own:e} {truth:e}");
+    assert!(found.0 < truth.0 / 4);
+    println!("{:?}", found.1.iter().zip(&truth.1).map(|(a, b)| 100.0 * (a / b - 1.0)).collect::<Vec<_>>());
+    for (value, truth) in found.1.iter().zip(&truth.1) {
+        assert!((value / truth - 1.0).abs() < 5e-3, "{value:e} {truth:e}");
     }
 }

@@ -8,14 +8,14 @@ use ionisation::light::{ABSORBERS, IonisingLight, ion};
 /// Γ, and the heat, of an ion behind columns of H⁰, He⁰ and He⁺ \[cm⁻²\], per photon and cm².
 fn integrals(temperature: f64, (element, charge): (Element, usize), columns: [f64; 3]) -> [f64; 2] {
     let fit = |(element, charge): (Element, usize)| Atoms::get().transition(element, charge).light.as_ref().unwrap();
-    let (own, steps, low, high) = (fit((element, charge)), 24_000, 10.36f64, 500.0f64);
+    let (fitted, steps, low, high) = (fit((element, charge)), 24_000, 10.36f64, 500.0f64);
     let step = (high / low).ln() / f64::from(steps);
     (0..steps).fold([0.0; 2], |[rate, heat], i| {
         let e = low * ((f64::from(i) + 0.5) * step).exp();
         let depth: f64 = ABSORBERS.into_iter().zip(columns).map(|(absorber, column)| column * fit(absorber).at(e)).sum();
         let photons = e * e / (e / (BOLTZMANN_EV * temperature)).exp_m1() * e * step;
-        let taken = photons * own.at(e) * (-depth).exp();
-        [rate + taken, heat + taken * (e - own.threshold_ev)]
+        let taken = photons * fitted.at(e) * (-depth).exp();
+        [rate + taken, heat + taken * (e - fitted.threshold_ev)]
     })
 }
 
@@ -44,9 +44,9 @@ fn rates_are_integrals() {
                     let [open, _] = integrals(temperature, (element, charge), [0.0; 3]);
                     // What is left of nearly nothing is not looked at.
                     if rate > 1e-3 * open {
-                        let own = [photo.rates[ion(element, charge)][0], photo.heat[ion(element, charge)][0]];
-                        worst[i][0] = worst[i][0].max((own[0] / rate - 1.0).abs());
-                        worst[i][1] = worst[i][1].max((own[1] / heat - 1.0).abs());
+                        let rates = [photo.rates[ion(element, charge)][0], photo.heat[ion(element, charge)][0]];
+                        worst[i][0] = worst[i][0].max((rates[0] / rate - 1.0).abs());
+                        worst[i][1] = worst[i][1].max((rates[1] / heat - 1.0).abs());
                     }
                 }
             }

@@ -12,15 +12,15 @@ const PHOTONS: u64 = 100_000;
 #[test]
 fn beams_are_beside_photons() {
     let clump = Clump::new(EDGE);
-    let told = |name: &str, neutral: Vec<f64>| {
+    let result = |name: &str, neutral: Vec<f64>| {
         let [lit, shadow] = clump.ionised(&neutral);
         println!("{name}: {lit:.4} of what is lit, {shadow:.4} of the shadow");
         [lit, shadow]
     };
     let (spot, outward) = (clump.by_beams(Diffuse::OnTheSpot), clump.by_beams(Diffuse::Outward));
-    let (spot, outward) = (told("beams, on the spot", spot), told("beams, outward", outward));
-    let by_chance = told("photons, on the spot", clump.by_chance(false, PHOTONS));
-    let diffuse = told("photons", clump.by_chance(true, PHOTONS));
+    let (spot, outward) = (result("beams, on the spot", spot), result("beams, outward", outward));
+    let by_chance = result("photons, on the spot", clump.by_chance(false, PHOTONS));
+    let diffuse = result("photons", clump.by_chance(true, PHOTONS));
     for found in [spot, outward, diffuse] {
         assert!((found[0] - by_chance[0]).abs() < 1e-3 && found[0] > 0.99, "{found:?}");
     }

@@ -119,8 +119,8 @@ impl Whole {
     }
 
     /// The voxels along x, y and z that the march of a brick reads.
-    fn held(&self, place: [usize; 3]) -> [Pair; 3] {
-        self.whole.held(place).each_ref().map(pair)
+    fn stored(&self, place: [usize; 3]) -> [Pair; 3] {
+        self.whole.stored(place).each_ref().map(pair)
     }
 
     /// Effect of a brick on the rays of the picture, given what stands at the voxels that it holds.

@@ -53,8 +53,8 @@ pub fn fit_pixels(
             Values::Array([bands, height, width], values.as_array().iter().copied().collect())
         }
     };
-    let sigma = sigma.map(|own| own.as_array().iter().copied().collect());
-    let mask = mask.map(|own| own.as_array().iter().copied().collect());
+    let sigma = sigma.map(|array| array.as_array().iter().copied().collect());
+    let mask = mask.map(|array| array.as_array().iter().copied().collect());
     Ok(FitPixels(PixelData { name, values, sigma, mask }))
 }
 
@@ -64,7 +64,7 @@ type FreeRow = (String, f64, f64, Option<(f64, f64)>);
 /// Free keys of a text, such as "star[0].luminosity=1..10": name, bounds, prior.
 #[pyfunction]
 pub fn free_keys(py: Python, text: &str) -> PyResult<Vec<FreeRow>> {
-    let row = |own: Parameter| (own.key, own.bounds.0, own.bounds.1, own.prior);
+    let row = |parameter: Parameter| (parameter.key, parameter.bounds.0, parameter.bounds.1, parameter.prior);
     let parsed: barnard::Result<Vec<Parameter>> = text.split(',').map(|part| part.trim().parse()).collect();
     parsed.map(|all| all.into_iter().map(row).collect()).map_err(|error| raised(py, error))
 }
@@ -127,7 +127,7 @@ impl FitModel {
     /// The keys that are free.
     #[getter]
     fn keys(&self) -> Vec<&str> {
-        self.free.iter().map(|own| own.key.as_str()).collect()
+        self.free.iter().map(|parameter| parameter.key.as_str()).collect()
     }
 
     /// The unit of each, as the scene writes it.
@@ -139,7 +139,7 @@ impl FitModel {
     /// Bounds of each.
     #[getter]
     fn bounds(&self) -> Vec<(f64, f64)> {
-        self.free.iter().map(|own| own.bounds).collect()
+        self.free.iter().map(|parameter| parameter.bounds).collect()
     }
 
     /// Values of each in the scene.
@@ -163,7 +163,7 @@ impl FitModel {
     /// Predicted data at some values, and their standard errors: those of the model, or those of the files.
     fn predict<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
         let Prediction { mean, sigma } = self.with(py, None, |images, control| images.predict(&values, control))?;
-        Ok([mean, sigma.unwrap_or_else(|| self.data.sigma.clone())].map(|own| PyArray1::from_vec(py, own)))
+        Ok([mean, sigma.unwrap_or_else(|| self.data.sigma.clone())].map(|values| PyArray1::from_vec(py, values)))
     }
 
     /// Fits from `start` on: a dictionary of what was found.
@@ -177,22 +177,22 @@ impl FitModel {
             Ok((found, residuals))
         })?;
         let count = self.free.len();
-        let told = PyDict::new(py);
+        let result = PyDict::new(py);
         let covariance: Vec<f64> = (0..count * count).map(|i| found.covariance[(i / count, i % count)]).collect();
-        told.set_item("covariance", PyArray1::from_vec(py, covariance).reshape([count, count])?)?;
-        told.set_item("chi2_warning", found.chi2_warning())?;
-        told.set_item("values", found.values)?;
-        told.set_item("floor", found.floor)?;
-        told.set_item("linear", found.linear)?;
-        told.set_item("chi2", found.chi2.0)?;
-        told.set_item("pixels", found.chi2.1)?;
-        told.set_item("pictures", found.evaluations)?;
-        told.set_item("converged", found.converged)?;
-        told.set_item("degenerate", found.degenerate)?;
-        told.set_item("bounded", found.bounded)?;
+        result.set_item("covariance", PyArray1::from_vec(py, covariance).reshape([count, count])?)?;
+        result.set_item("chi2_warning", found.chi2_warning())?;
+        result.set_item("values", found.values)?;
+        result.set_item("floor", found.floor)?;
+        result.set_item("linear", found.linear)?;
+        result.set_item("chi2", found.chi2.0)?;
+        result.set_item("pixels", found.chi2.1)?;
+        result.set_item("pictures", found.evaluations)?;
+        result.set_item("converged", found.converged)?;
+        result.set_item("degenerate", found.degenerate)?;
+        result.set_item("bounded", found.bounded)?;
         let scene = self.scene.get().0.clone();
-        let images: Vec<Image> = residuals.into_iter().map(|own| Image::new(scene.clone(), own.image).without_glare()).collect();
-        told.set_item("residuals", images)?;
-        Ok(told)
+        let images: Vec<Image> = residuals.into_iter().map(|residual| Image::new(scene.clone(), residual.image).without_glare()).collect();
+        result.set_item("residuals", images)?;
+        Ok(result)
     }
 }

@@ -31,7 +31,7 @@ pub fn observe(py: Python, image: &Image, instrument: Option<&Bound<PyDict>>, pr
     let table = instrument.map(tree::table).transpose()?;
     let scene = image.scene.clone();
     work::run(py, progress, |control| {
-        let own = match table {
+        let described = match table {
             Some(table) => {
                 let inputs = Inputs::new(Arc::new(SceneFiles::in_folder("")), memory::DEFAULT_LIMIT);
                 Arc::new(Instrument::from_properties(&table, &inputs)?)
@@ -40,7 +40,7 @@ pub fn observe(py: Python, image: &Image, instrument: Option<&Bound<PyDict>>, pr
                 Error::missing("an instrument", "use Scene(instrument=Instrument(preset=\"hst-wfc3-uvis\")), or observe(instrument)")
             })?,
         };
-        let exposures = instrument::Exposures::new(own, &image.image, &scene.bands, control)?;
+        let exposures = instrument::Exposures::new(described, &image.image, &scene.bands, control)?;
         Ok(Exposures { exposures, scene })
     })
 }

@@ -31,7 +31,7 @@ use pyo3::prelude::*;
 #[pyfunction]
 fn run(py: Python, arguments: Vec<OsString>) -> u8 {
     let code = py.detach(|| barnard_cli::run(arguments));
-    (0..u8::MAX).find(|own| ExitCode::from(*own) == code).unwrap_or(u8::MAX)
+    (0..u8::MAX).find(|status| ExitCode::from(*status) == code).unwrap_or(u8::MAX)
 }
 
 #[pymodule]

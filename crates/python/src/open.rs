@@ -15,10 +15,10 @@ static KEPT: Mutex<Option<HashMap<String, Box<dyn Backend>>>> = Mutex::new(None)
 /// # Errors
 /// If there is none of this name, or its device does not open, and those of `work`.
 pub fn with<T>(name: &str, scene: &Scene, work: impl FnOnce(&mut dyn Backend) -> Result<T>) -> Result<T> {
-    let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner).as_mut().and_then(|kept| kept.remove(name));
+    let opened = KEPT.lock().unwrap_or_else(PoisonError::into_inner).as_mut().and_then(|backends| backends.remove(name));
     let registry = registry();
     let entry = registry.by_name(name)?;
-    let mut backend = kept.map_or_else(|| (entry.open)(scene), Ok)?;
+    let mut backend = opened.map_or_else(|| (entry.open)(scene), Ok)?;
     let result = work(&mut *backend);
     // One whose device gave up is opened anew the next time.
     if entry.device != DeviceUse::Never && backend.device().is_none_or(|device| device.fallback().is_none() && device.warnings().is_empty())
@@ -30,7 +30,7 @@ pub fn with<T>(name: &str, scene: &Scene, work: impl FnOnce(&mut dyn Backend) ->
 
 /// Forgets what is open, in the child of a fork: its devices belong to the parent.
 pub fn after_fork() {
-    if let Ok(mut kept) = KEPT.try_lock() {
-        std::mem::forget(kept.take());
+    if let Ok(mut backends) = KEPT.try_lock() {
+        std::mem::forget(backends.take());
     }
 }

@@ -75,21 +75,21 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
             tree.del_item(key)?;
         }
     }
-    let band = |own: &Band| {
-        let (times, zero) = match own.in_unit {
+    let band = |stated: &Band| {
+        let (times, zero) = match stated.in_unit {
             Some(InUnit::Times(times)) => (Some(times), None),
             Some(InUnit::Magnitudes { zero }) => (None, Some(zero)),
             None => (None, None),
         };
-        let keywords = own.keywords.iter().map(said).collect();
+        let keywords = stated.keywords.iter().map(words_of).collect();
         (
-            own.name.clone(),
-            own.pivot_um,
-            own.width_um,
-            own.counting.map(str::to_owned),
+            stated.name.clone(),
+            stated.pivot_um,
+            stated.width_um,
+            stated.counting.map(str::to_owned),
             times,
             zero,
-            own.plane == Plane::StandardError,
+            stated.plane == Plane::StandardError,
             keywords,
         )
     };
@@ -105,9 +105,9 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         Level::Radiance(value) => Some(value),
     };
     let display = &picture.options.display;
-    let layer = |own: &Layer| {
-        let content = CONTENTS.iter().position(|content| *content == own.content).unwrap_or_default();
-        Ok((own.name.clone(), content, flat(py, &own.samples)))
+    let layer = |stated: &Layer| {
+        let content = CONTENTS.iter().position(|content| *content == stated.content).unwrap_or_default();
+        Ok((stated.name.clone(), content, flat(py, &stated.samples)))
     };
     let state = State {
         tree,
@@ -127,7 +127,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         moment: image.moment.map(|moment| (moment.frame, moment.time_s, moment.per_second)),
         report: report::State::from(&image.report),
         notes: image.notes.clone(),
-        keywords: image.keywords.iter().map(said).collect(),
+        keywords: image.keywords.iter().map(words_of).collect(),
         shown: (display.palette.columns.clone(), display.balance, level(display.black), level(display.white)),
         layers: image.layers.iter().map(layer).collect::<PyResult<_>>()?,
         warnings: picture.warnings.clone(),
@@ -191,7 +191,7 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
     Ok(Image { scene, image, options, warnings: state.warnings })
 }
 
-fn said(keyword: &Keyword) -> Words {
+fn words_of(keyword: &Keyword) -> Words {
     let (text, number, whole) = match &keyword.value {
         Value::Text(text) => (Some(text.clone()), None, None),
         Value::Number(number) => (None, Some(*number), None),
@@ -214,11 +214,11 @@ fn lasting(text: String) -> &'static str {
     static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     match known.get(text.as_str()) {
-        Some(own) => own,
+        Some(known) => known,
         None => {
-            let own: &'static str = text.leak();
-            known.insert(own);
-            own
+            let leaked: &'static str = text.leak();
+            known.insert(leaked);
+            leaked
         }
     }
 }

@@ -57,11 +57,11 @@ fn stepping((kind, samples): Steps) -> Stepping {
 impl From<&Report> for State {
     fn from(report: &Report) -> Self {
         let report = report.clone();
-        let spatial = |own: SpatialError| {
-            (steps(own.stepping), own.error, own.sampling, own.rays, own.unresolved.map(|stars| (stars.error, stars.stars)))
+        let spatial = |error: SpatialError| {
+            (steps(error.stepping), error.error, error.sampling, error.rays, error.unresolved.map(|stars| (stars.error, stars.stars)))
         };
         let row = |(light, c): (String, Certificate)| (light, c.absolute, c.relative, c.depth);
-        let band = |own: BandCertificates| (own.band, own.lights.into_iter().map(row).collect());
+        let band = |certificates: BandCertificates| (certificates.band, certificates.lights.into_iter().map(row).collect());
         Self {
             backend: report.backend,
             method: report.method,

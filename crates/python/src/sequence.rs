@@ -81,8 +81,8 @@ impl Sequence {
         if !(frames.first..=frames.last()).contains(&number) {
             return Err(Error::out_of_range("frame", number, format!("between {} and {}", frames.first, frames.last())));
         }
-        let kept = self.followed.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let mut follower = kept.unwrap_or_else(|| Follower::new(&self.sequence));
+        let resumed = self.followed.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let mut follower = resumed.unwrap_or_else(|| Follower::new(&self.sequence));
         let image = self.followed_frame(&mut follower, number, by, memory_limit, control);
         *self.followed.lock().unwrap_or_else(PoisonError::into_inner) = Some(follower);
         image
@@ -92,7 +92,7 @@ impl Sequence {
         &self,
         follower: &mut Follower,
         number: i64,
-        (backend, own): &(&str, Table),
+        (backend, options_of): &(&str, Table),
         memory_limit: u64,
         control: &Control,
     ) -> Result<Image> {
@@ -102,8 +102,8 @@ impl Sequence {
         if first.method.bounces > 1 {
             options.sweeper = open::with(backend, &first, |backend| Ok(backend.device().and_then(|device| device.sweeper())))?;
         }
-        let kept = self.shared.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let shared = match kept {
+        let settings = self.shared.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let shared = match settings {
             Some(shared) => shared,
             None => {
                 let shared =
@@ -120,10 +120,10 @@ impl Sequence {
             let scene = Arc::new(scene.with_display(display));
             let plan = planned.then(|| follower.plan(&scene, &options, &shared.choices, control)).transpose()?;
             let scene = Owner { scene, words: self.words.clone() };
-            let image = rendered(&scene, plan, backend, own, memory_limit, control)?;
-            let own = image.image.clone();
+            let image = rendered(&scene, plan, backend, options_of, memory_limit, control)?;
+            let picture = image.image.clone();
             frame.get_or_insert(image);
-            Ok(own)
+            Ok(picture)
         };
         let image = mean(frames.moments(number).into_iter().map(at))?;
         match (image, frame) {

@@ -21,13 +21,13 @@ const LOOK: Duration = Duration::from_millis(50);
 static POOL: Mutex<Option<Arc<ThreadPool>>> = Mutex::new(None);
 
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
-    let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(pool) = &*kept {
+    let mut shared = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pool) = &*shared {
         return Ok(pool.clone());
     }
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = Arc::new(pool.map_err(|e| PyValueError::new_err(format!("the threads cannot be started: {e}")))?);
-    Ok(kept.insert(pool).clone())
+    Ok(shared.insert(pool).clone())
 }
 
 /// Lets all work from now on take so many threads; 0 for one a core. The results are the same.
@@ -46,8 +46,8 @@ pub fn set_threads(py: Python, threads: usize) -> PyResult<()> {
 #[pyfunction]
 pub fn after_fork() {
     // The threads of the parent are not there: nobody may wait for them, not even to end them.
-    if let Ok(mut kept) = POOL.try_lock() {
-        std::mem::forget(kept.take());
+    if let Ok(mut pool) = POOL.try_lock() {
+        std::mem::forget(pool.take());
     }
     open::after_fork();
 }

@@ -92,8 +92,8 @@ impl Components {
 
     /// The largest error that coordinates make of the parts of light at any extinction \[1\].
     pub fn error_of(&self, parts: &[f64], coordinates: &[f64]) -> f64 {
-        let own = |j: usize| self.mean[j] + self.axes.iter().zip(coordinates).map(|(axis, c)| axis[j] * c).sum::<f64>();
-        parts.iter().enumerate().map(|(j, part)| (own(j) - part).abs()).fold(0.0, f64::max)
+        let value_of = |j: usize| self.mean[j] + self.axes.iter().zip(coordinates).map(|(axis, c)| axis[j] * c).sum::<f64>();
+        parts.iter().enumerate().map(|(j, part)| (value_of(j) - part).abs()).fold(0.0, f64::max)
     }
 
     /// Widens the ranges so that they hold some coordinates.
@@ -138,8 +138,8 @@ mod tests {
                 for (j, part) in parts.iter().enumerate() {
                     let unit: Vec<f64> = (0..k.len()).map(|i| f64::from(u8::from(i == j))).collect();
                     let (of_mean, shares) = components.shares(&unit);
-                    let own = of_mean + shares.iter().zip(&coordinates).map(|(s, c)| s * c).sum::<f64>();
-                    worst = worst.max((own - part).abs());
+                    let value = of_mean + shares.iter().zip(&coordinates).map(|(s, c)| s * c).sum::<f64>();
+                    worst = worst.max((value - part).abs());
                 }
             }
             assert!(worst <= 1.05 * components.error + 1e-12 && worst > 1e-3 * components.error, "{worst:e} {:e}", components.error);
@@ -158,8 +158,8 @@ mod tests {
         let parts: Vec<f64> = parts(&k, &[(1.3, 1.0)]).iter().zip(&factors[2]).map(|(part, f)| part * f / factors[2][0]).collect();
         let error = |components: &Components| {
             let coordinates = components.coordinates(&parts);
-            let of = |j: usize| components.mean[j] + components.axes.iter().zip(&coordinates).map(|(axis, c)| axis[j] * c).sum::<f64>();
-            (0..k.len()).map(|j| (of(j) - parts[j]).abs()).fold(0.0, f64::max)
+            let value = |j: usize| components.mean[j] + components.axes.iter().zip(&coordinates).map(|(axis, c)| axis[j] * c).sum::<f64>();
+            (0..k.len()).map(|j| (value(j) - parts[j]).abs()).fold(0.0, f64::max)
         };
         assert!(error(&coloured) < 1.05e-4 && error(&grey) > 1e-3, "{:e} {:e}", error(&coloured), error(&grey));
     }

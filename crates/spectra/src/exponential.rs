@@ -93,8 +93,8 @@ mod tests {
         // Down to the last number above nothing, as certificates of deep dust have it.
         for i in 0..1000 {
             let depth = 700.0 + 0.05 * f64::from(i);
-            let (own, truth) = (attenuated(&[1.0], &[1.0], depth), (-depth).exp());
-            assert!((own - truth).abs() <= 5e-324 + 1e-15 * truth, "{depth}: {own:e} {truth:e}");
+            let (found, truth) = (attenuated(&[1.0], &[1.0], depth), (-depth).exp());
+            assert!((found - truth).abs() <= 5e-324 + 1e-15 * truth, "{depth}: {found:e} {truth:e}");
         }
         assert_eq!(attenuated(&[1.0], &[1.0], 1e9), 0.0);
         assert!(attenuated(&[], &[], 1.0) == 0.0);

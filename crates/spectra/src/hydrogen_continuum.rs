@@ -68,8 +68,8 @@ mod tests {
     fn gaunt_factors_are_those_of_radio_astronomy() {
         for (kelvin, ghz) in [(1e4f64, 10.0f64), (8e3, 30.0), (1.2e4, 30.0)] {
             let radio = 3f64.sqrt() / std::f64::consts::PI * (17.7 + (kelvin.powf(1.5) / (ghz * 1e9)).ln());
-            let own = free_free(kelvin, LIGHT_UM_PER_S / (ghz * 1e9));
-            assert!((own / radio - 1.0).abs() < 0.02, "{kelvin} {ghz}: {own} {radio}");
+            let found = free_free(kelvin, LIGHT_UM_PER_S / (ghz * 1e9));
+            assert!((found / radio - 1.0).abs() < 0.02, "{kelvin} {ghz}: {found} {radio}");
         }
     }
 
@@ -79,8 +79,8 @@ mod tests {
         let theta = SECOND_UM_K * RYDBERG_PER_UM / 1e4;
         let all: f64 = (8..200_000).map(|n| 2.0 * theta / f64::from(n).powi(3) * (theta / f64::from(n).powi(2)).exp()).sum();
         // At 5 µm from level 8 on, without the factors g_n, which are between 0.9 and 1.05 there.
-        let own = free_bound(1e4, 5.0);
-        assert!((own / all - 1.0).abs() < 0.1, "{own} {all}");
+        let found = free_bound(1e4, 5.0);
+        assert!((found / all - 1.0).abs() < 0.1, "{found} {all}");
         for n in [8, 9, 12] {
             let (below, above) = (emissivity(1e4, edge_um(n) * 0.999_99), emissivity(1e4, edge_um(n) * 1.000_01));
             assert!(below > 1.005 * above, "{n}: {below} {above}");

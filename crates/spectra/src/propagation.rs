@@ -57,7 +57,7 @@ struct CommonSpan {
     /// Right singular vectors \[direction, star\].
     right: DMatrix<f64>,
     /// Directions that are kept.
-    kept: usize,
+    rank: usize,
 }
 
 impl CommonSpan {
@@ -72,15 +72,15 @@ impl CommonSpan {
         let even = DMatrix::from_fn(SAMPLES, fits.len(), |i, s| sampled[(i, s)] * scale[s]);
         let svd = even.svd(false, true);
         let right = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, 0));
-        let mut span = Self { fits, support_um: (low, high), brightness, scale, singular_values: svd.singular_values, right, kept: 0 };
-        span.kept = (0..span.right.nrows()).find(|kept| span.is_enough(*kept, accuracy)).unwrap_or(span.right.nrows());
+        let mut span = Self { fits, support_um: (low, high), brightness, scale, singular_values: svd.singular_values, right, rank: 0 };
+        span.rank = (0..span.right.nrows()).find(|rank| span.is_enough(*rank, accuracy)).unwrap_or(span.right.nrows());
         span
     }
 
     /// True if so many directions leave less of each star than its fit costs anyway, or than matters.
-    fn is_enough(&self, kept: usize, accuracy: f64) -> bool {
+    fn is_enough(&self, rank: usize, accuracy: f64) -> bool {
         let part = |i: usize, s: usize| (self.singular_values[i] * self.right[(i, s)]).powi(2);
-        let left = |s: usize| (kept..self.right.nrows()).map(|i| part(i, s)).sum::<f64>().sqrt();
+        let left = |s: usize| (rank..self.right.nrows()).map(|i| part(i, s)).sum::<f64>().sqrt();
         self.fits.iter().enumerate().all(|(s, fit)| left(s) <= fit.rms.max(SPAN_SHARE * accuracy))
     }
 
@@ -96,7 +96,7 @@ impl CommonSpan {
 
     /// A star in the polynomials that are kept.
     fn coordinates(&self, star: usize) -> Vec<f64> {
-        (0..self.kept).map(|i| self.brightness[star] * self.singular_values[i] * self.right[(i, star)]).collect()
+        (0..self.rank).map(|i| self.brightness[star] * self.singular_values[i] * self.right[(i, star)]).collect()
     }
 }
 
@@ -120,7 +120,7 @@ impl Propagation {
         };
         let fits = spectra.iter().map(fit).collect::<Result<Vec<Fit>>>()?;
         let common = CommonSpan::new(fits, (low, high), accuracy);
-        let span = (0..common.kept).map(|i| common.polynomial(i, degree)).collect();
+        let span = (0..common.rank).map(|i| common.polynomial(i, degree)).collect();
         let stars = (0..common.fits.len()).map(|star| common.coordinates(star)).collect();
         Ok(Self { products: projection.basis.products(), projection: projection.clone(), span, fits: common.fits, stars })
     }

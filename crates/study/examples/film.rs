@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let at = corner + 3 * row * width;
             pixels[at..at + 3 * SIZE.0].copy_from_slice(bytes.as_flattened());
         }
-        println!("{temperature} kK: {}", scene.ionised().iter().flat_map(|gas| gas.told()).collect::<Vec<_>>().join("; "));
+        println!("{temperature} kK: {}", scene.ionised().iter().flat_map(|gas| gas.notes()).collect::<Vec<_>>().join("; "));
     }
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/gas_film.png");
     let notes = [("Description".into(), "The built-in emission nebula, its star at 20, 25, 30, 35, 40 and 50 kK".into())];

@@ -261,10 +261,10 @@ impl Truth {
     /// Relative rms of the worst band, what chance adds taken off; not less than what can be told beside that, the
     /// square root of the deviation of its square over so many pixels.
     fn error(&self, image: &Image) -> f64 {
-        let told = (2.0 / (self.image.width * self.image.height) as f64).sqrt();
+        let expected = (2.0 / (self.image.width * self.image.height) as f64).sqrt();
         let of_band = |(b, noise): (usize, &f64)| {
             let chance = noise * noise;
-            (image.relative_rmse(b, &self.image, b).powi(2) - chance).max(told * chance).sqrt()
+            (image.relative_rmse(b, &self.image, b).powi(2) - chance).max(expected * chance).sqrt()
         };
         worst(self.noise.iter().enumerate().map(of_band))
     }

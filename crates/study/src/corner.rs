@@ -63,9 +63,9 @@ impl Corner {
             let (row, column) = (number / count, number % count);
             if row < column {
                 let correlation = self.correlation[row][column];
-                let said = if correlation.is_finite() { format!("{correlation:+.2}") } else { "unknown".into() };
+                let words = if correlation.is_finite() { format!("{correlation:+.2}") } else { "unknown".into() };
                 let style = TextStyle::from(("sans-serif", 18)).pos(Pos::new(HPos::Center, VPos::Center));
-                cell.draw(&Text::new(said, (CELL as i32 / 2, CELL as i32 / 2), style)).map_err(|e| failed(&e))?;
+                cell.draw(&Text::new(words, (CELL as i32 / 2, CELL as i32 / 2), style)).map_err(|e| failed(&e))?;
                 continue;
             }
             // A curve by itself leaves room for words above it.
@@ -80,9 +80,9 @@ impl Corner {
             };
             chart.draw_series(lines.into_iter().map(|line| PathElement::new(line, LINE.stroke_width(2)))).map_err(|e| failed(&e))?;
             if row == column {
-                for (line, said) in self.parameters[row].iter().enumerate() {
+                for (line, words) in self.parameters[row].iter().enumerate() {
                     let style = ("sans-serif", if line == 0 { 14 } else { 12 });
-                    cell.draw(&Text::new(said.clone(), (10, 10 + 16 * line as i32), style)).map_err(|e| failed(&e))?;
+                    cell.draw(&Text::new(words.clone(), (10, 10 + 16 * line as i32), style)).map_err(|e| failed(&e))?;
                 }
             }
         }
@@ -93,7 +93,7 @@ impl Corner {
 /// Ellipse of equal probability of two correlated normal variables, in standard errors.
 fn ellipse(correlation: f64, distance: f64) -> Vec<(f64, f64)> {
     // Along both diagonals, which are its axes.
-    let [along, across] = [1.0 + correlation, 1.0 - correlation].map(|of| distance * (0.5 * of).max(0.0).sqrt());
+    let [along, across] = [1.0 + correlation, 1.0 - correlation].map(|factor| distance * (0.5 * factor).max(0.0).sqrt());
     let place = |i: usize| {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / 96.0).sin_cos();
         (along * cos + across * sin, along * cos - across * sin)

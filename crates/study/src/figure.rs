@@ -142,7 +142,8 @@ impl Figure {
 
     /// The corner in which a legend hides the fewest points.
     fn emptiest_corner<'a>(&self, points: impl Iterator<Item = &'a (f64, f64)> + Clone) -> SeriesLabelPosition {
-        let ends = |of: fn(&(f64, f64)) -> f64| points.clone().map(of).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+        let ends =
+            |quantity: fn(&(f64, f64)) -> f64| points.clone().map(quantity).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
         let ((left, right), (bottom, top)) = (ends(|p| p.0), ends(|p| p.1));
         let near = |from: f64, to: f64, v: f64, part: f64| (v - from).abs() <= part * (to - from).abs();
         let hidden = |x: (f64, f64), y: (f64, f64)| {
@@ -171,8 +172,8 @@ impl Figure {
             places.split(Option::is_none).filter(|run| !run.is_empty()).map(|run| run.iter().copied().flatten().collect()).collect()
         };
         let lines: Vec<(&str, Runs)> = self.series.iter().map(|s| (s.name.as_str(), runs(s))).collect();
-        let range = |of: fn(&(f64, f64)) -> f64| {
-            let values = lines.iter().flat_map(|l| l.1.iter().flatten().map(of));
+        let range = |quantity: fn(&(f64, f64)) -> f64| {
+            let values = lines.iter().flat_map(|l| l.1.iter().flatten().map(quantity));
             let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
             let margin = 0.03 * (high - low).max(1e-9);
             if low > high { 0.0..1.0 } else { low - margin..high + margin }

@@ -143,12 +143,12 @@ impl<'a> Run<'a> {
         let width = ((far - near) / SHELLS as f64).max(self.cloud.lattice.voxel_pc().min_element());
         let mut sums = vec![(0.0, 0.0, vec![0.0; values.len()]); SHELLS + 1];
         for i in filled() {
-            let (place, all, own) = &mut sums[(((radius(i) - near) / width) as usize).min(SHELLS)];
+            let (place, all, sums_here) = &mut sums[(((radius(i) - near) / width) as usize).min(SHELLS)];
             (*place, *all) = (*place + radius(i) * f64::from(weight[i]), *all + f64::from(weight[i]));
-            own.iter_mut().zip(values).for_each(|(own, values)| *own += f64::from(values[i]));
+            sums_here.iter_mut().zip(values).for_each(|(sum, values)| *sum += f64::from(values[i]));
         }
         let filled = sums.into_iter().filter(|(_, all, _)| *all > 0.0);
-        filled.map(|(place, all, own)| (place / all, own.into_iter().map(|own| own / all).collect())).collect()
+        filled.map(|(place, all, sums_of)| (place / all, sums_of.into_iter().map(|sum| sum / all).collect())).collect()
     }
 
     /// Parts of elements, and temperatures, over the distance from the centre.
@@ -192,8 +192,8 @@ impl<'a> Run<'a> {
             range,
         };
         let part = |number: usize| {
-            let of = |i: usize| f64::from(self.ions[number][i]) / f64::from(self.cloud.hydrogen[i]);
-            map(format!("{} in parts of {}", IONS[number].2, IONS[number].0.symbol()), plane(&of), (0.0, 1.0))
+            let fraction = |i: usize| f64::from(self.ions[number][i]) / f64::from(self.cloud.hydrogen[i]);
+            map(format!("{} in parts of {}", IONS[number].2, IONS[number].0.symbol()), plane(&fraction), (0.0, 1.0))
         };
         let density = plane(&|i| f64::from(self.cloud.hydrogen[i]).log10());
         let ends = |values: &[f64]| {
@@ -226,7 +226,7 @@ impl<'a> Run<'a> {
         let (beta, asked) = (self.line("Ba4-2"), labels());
         let mut text = format!("# Ionised gas of {name}\n\nWritten by `barnard gas`, version {}.\n\n", env!("CARGO_PKG_VERSION"));
         text += &format!("{nx} x {ny} x {nz} voxels of {:.4} pc.", self.cloud.lattice.voxel_pc().min_element());
-        gas.told().iter().for_each(|told| text += &format!(" {}.", capital(told)));
+        gas.notes().iter().for_each(|note| text += &format!(" {}.", capital(note)));
         text += "\n\n## Stars\n\n";
         let stars: Vec<Vec<String>> = self
             .cloud
@@ -287,8 +287,8 @@ impl<'a> Run<'a> {
 
     /// Σ over voxels of n_e times the part of an element that is one of [`IONS`], as far as voxels' means tell it.
     fn weighted(&self, number: usize) -> f64 {
-        let of = |i: usize| f64::from(self.ions[number][i]) * f64::from(self.pairs[i]) / f64::from(self.ions[0][i]);
-        (0..self.pairs.len()).filter(|i| self.ions[0][*i] > 0.0).map(of).sum()
+        let weighted = |i: usize| f64::from(self.ions[number][i]) * f64::from(self.pairs[i]) / f64::from(self.ions[0][i]);
+        (0..self.pairs.len()).filter(|i| self.ions[0][*i] > 0.0).map(weighted).sum()
     }
 
     /// The tables of the benchmarks, with what this gas has.
@@ -317,7 +317,7 @@ impl<'a> Run<'a> {
                 .iter()
                 .map(|row| {
                     let [low, high] = row.range();
-                    vec![row.quantity.to_owned(), number(row.own), number(row.median()), format!("{} to {}", number(low), number(high))]
+                    vec![row.quantity.to_owned(), number(row.found), number(row.median()), format!("{} to {}", number(low), number(high))]
                 })
                 .collect();
             text += &format!(

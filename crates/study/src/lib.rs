@@ -126,20 +126,20 @@ impl Book {
 /// # Errors
 /// If a chapter cannot be measured, or a file cannot be written.
 pub fn write(book: &Book, chapters: &[Chapter], folder: &Path, control: &Control, mut heard: impl FnMut(&Chapter)) -> Result<()> {
-    let own = folder.join(book.name);
-    std::fs::create_dir_all(&own).map_err(|e| barnard::Error::file(&own, format!("the folder cannot be made: {e}")))?;
+    let book_folder = folder.join(book.name);
+    std::fs::create_dir_all(&book_folder).map_err(|e| barnard::Error::file(&book_folder, format!("the folder cannot be made: {e}")))?;
     let mut page = Page::new(book);
     for chapter in chapters {
         heard(chapter);
         let findings = (chapter.run)(control)?;
         for figure in &findings.figures {
-            let path = |extension: &str| own.join(format!("{}.{extension}", figure.name));
+            let path = |extension: &str| book_folder.join(format!("{}.{extension}", figure.name));
             barnard_files::formats::replace(&path("csv"), figure.csv().as_bytes())?;
             barnard_files::formats::replace(&path("svg"), figure.svg()?.as_bytes())?;
             barnard_files::formats::replace(&path("png"), &figure.png()?)?;
         }
         for picture in &findings.pictures {
-            barnard_files::formats::replace(&own.join(format!("{}.png", picture.name)), &picture.png()?)?;
+            barnard_files::formats::replace(&book_folder.join(format!("{}.png", picture.name)), &picture.png()?)?;
         }
         page.add(chapter, &findings);
     }

@@ -57,11 +57,11 @@ impl Comparison {
     /// # Errors
     /// If the scene is none with other filters.
     pub fn views(&mut self, document: &Document) -> Result<Vec<View>> {
-        let own = View::of(document);
+        let view = View::of(document);
         let edit = match &self.with {
-            With::Nothing => return Ok(vec![own]),
-            With::Recorded if own.scene.instrument.is_none() => return Ok(vec![own]),
-            With::Recorded => return Ok(vec![own.clone(), View { recorded: true, ..own }]),
+            With::Nothing => return Ok(vec![view]),
+            With::Recorded if view.scene.instrument.is_none() => return Ok(vec![view]),
+            With::Recorded => return Ok(vec![view.clone(), View { recorded: true, ..view }]),
             With::Filters(set) => filters(set),
             With::Finer => Edit::set("method", "name", "band_quadrature")
                 .and(Edit::set("method", "accuracy", crate::edit::significant((FINER * document.scene().method.accuracy).max(1e-6))))
@@ -75,7 +75,7 @@ impl Comparison {
             let (scene, physics) = document.variant(edit)?;
             self.made = Some((own_text, self.with.clone(), View { scene, physics, recorded: false }));
         }
-        Ok(std::iter::once(own).chain(self.made.iter().map(|m| m.2.clone())).collect())
+        Ok(std::iter::once(view).chain(self.made.iter().map(|m| m.2.clone())).collect())
     }
 }
 

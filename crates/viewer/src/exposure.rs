@@ -64,7 +64,7 @@ impl Exposure {
         };
         let tone = Tone { black, white, stretch: display.stretch, ..known.tone.clone() };
         // What was held of the same colours holds no longer.
-        self.tones.retain(|own| !(own.palette == known.palette && own.balance == known.balance && own.bands == known.bands));
+        self.tones.retain(|tone| !(tone.palette == known.palette && tone.balance == known.balance && tone.bands == known.bands));
         self.tones.push(known);
         self.tones.drain(..self.tones.len().saturating_sub(MOST));
         tone
@@ -75,8 +75,8 @@ impl MeasuredTone {
     /// True if little could be seen of a picture by these levels.
     fn is_off(&self, display: &Display, image: &Image) -> bool {
         let Level::Auto = display.white else { return false };
-        let own = Display { white: Level::Auto, balance: false, palette: self.tone.palette.clone(), ..display.clone() }.tone(image);
-        let ratio = own.white / self.tone.white;
+        let display_now = Display { white: Level::Auto, balance: false, palette: self.tone.palette.clone(), ..display.clone() }.tone(image);
+        let ratio = display_now.white / self.tone.white;
         !(1.0 / RANGE..=RANGE).contains(&ratio)
     }
 }
@@ -113,7 +113,7 @@ mod tests {
         let other = exposure.tone(1, &balanced, &image(15.0), true);
         assert_ne!(other.palette, display.palette, "bands are balanced anew");
         assert_eq!(exposure.tone(1, &display, &image(3.0), true).white, 10.0 * settled, "whoever goes back finds what was held");
-        let said = Display { white: Level::Radiance(7.0), ..balanced };
-        assert_eq!(exposure.tone(1, &said, &image(15.0), true), Tone { white: 7.0, ..other });
+        let display = Display { white: Level::Radiance(7.0), ..balanced };
+        assert_eq!(exposure.tone(1, &display, &image(15.0), true), Tone { white: 7.0, ..other });
     }
 }

@@ -67,11 +67,12 @@ impl Files {
 
     /// Opens the dialog.
     pub fn ask(&mut self, purpose: Purpose, document: &Document) {
-        let own = match document.origin() {
+        let document_folder = match document.origin() {
             Origin::File(path) => path.parent().map(Path::to_owned),
             Origin::Builtin(_) => None,
         };
-        let folder = self.folder.clone().or(own).filter(|f| f.is_dir()).or_else(|| std::env::current_dir().ok()).unwrap_or_default();
+        let folder =
+            self.folder.clone().or(document_folder).filter(|f| f.is_dir()).or_else(|| std::env::current_dir().ok()).unwrap_or_default();
         let stem = document.origin().name();
         let stem = stem.strip_suffix(".toml").unwrap_or(&stem);
         let name = match purpose {

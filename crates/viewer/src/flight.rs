@@ -207,7 +207,7 @@ impl Flight {
             Projection::Panorama { layout: Layout::Cube, .. } => "cubemap",
         };
         let keys = self.keys();
-        let others = OF_KINDS.into_iter().filter(|name| keys.iter().all(|(own, _)| own != name)).map(|name| Edit::remove(table, name));
+        let others = OF_KINDS.into_iter().filter(|name| keys.iter().all(|(known, _)| known != name)).map(|name| Edit::remove(table, name));
         let removed = others.fold(Edit::set(table, "kind", kind), Edit::and);
         keys.into_iter().fold(removed, |edit, (key, value)| edit.and(Edit::set(table, key, value)))
     }

@@ -53,14 +53,14 @@ fn keys_of(document: &mut DocumentMut) -> Option<&mut ArrayOfTables> {
 
 /// The edit that makes a view a key at a moment, in place of one that is there.
 pub fn keyed(flight: &Flight, time: f64) -> Edit {
-    let own = flight.keys();
+    let keys = flight.keys();
     Edit::new("key", move |document| {
         let Some(tables) = keys_of(document) else { return };
         let at = |table: &Table| table.get("time").and_then(time_of).unwrap_or(0.0);
         let there = (0..tables.len()).find(|i| tables.get(*i).is_some_and(|table| (at(table) - time).abs() < SAME));
         let mut table = Table::new();
         table.insert("time", Item::Value(Value::from(format!("{time} s"))));
-        own.into_iter().for_each(|(key, value)| drop(table.insert(key, Item::Value(value))));
+        keys.into_iter().for_each(|(key, value)| drop(table.insert(key, Item::Value(value))));
         let mut all: Vec<Table> = tables.iter().cloned().enumerate().filter(|(i, _)| Some(*i) != there).map(|(_, table)| table).collect();
         all.push(table);
         all.sort_by(|a, b| at(a).total_cmp(&at(b)));

@@ -51,7 +51,7 @@ const KERNELS: u64 = 1 << 29;
 #[derive(Clone)]
 struct Recorded {
     /// The picture.
-    of: Arc<Image>,
+    image: Arc<Image>,
     /// The scene's instrument.
     instrument: Arc<Instrument>,
     /// Response with the given binning per axis.
@@ -166,7 +166,7 @@ impl Picture {
             (Some(pixel), Some(PixelScale::Angle(degrees))) => (degrees.to_radians() / pixel * (1.0 - 1e-9)).ceil().max(1.0) as usize,
             _ => 1,
         };
-        let known = before.and_then(|before| before.recorded.as_ref()).filter(|known| Arc::ptr_eq(&known.of, &self.image));
+        let known = before.and_then(|before| before.recorded.as_ref()).filter(|known| Arc::ptr_eq(&known.image, &self.image));
         if let Some((known, before)) = known.zip(before).filter(|(known, _)| known.instrument == instrument) {
             let mut picture = Self { scene: scene.clone(), image: before.image.clone(), tone: self.tone.clone(), ..before.clone() };
             picture.recorded = Some(known.clone());
@@ -175,7 +175,7 @@ impl Picture {
         }
         let binned = Arc::new(Instrument::clone(&instrument).binned(binning));
         let mut kernels =
-            before.and_then(|before| before.recorded.as_ref()).map(|own| own.kernels.clone()).unwrap_or(Kernels::within(KERNELS));
+            before.and_then(|before| before.recorded.as_ref()).map(|known| known.kernels.clone()).unwrap_or(Kernels::within(KERNELS));
         let exposures = match known.filter(|known| known.exposures.instrument().sees_like(&binned)) {
             Some(known) => known.exposures.recorded_by(binned),
             None => Exposures::by(&mut kernels, binned, &self.image, &scene.bands, control)?,
@@ -183,7 +183,7 @@ impl Picture {
         let image = Arc::new(exposures.glance(control)?);
         let mut picture = Self { image, scene: scene.clone(), spread: None, sparks: None, ..self.clone() };
         let bands = self.scene.bands.iter().enumerate().map(|(number, band)| gathered(&exposures, number, band.name())).collect();
-        picture.recorded = Some(Recorded { of: self.image.clone(), instrument, exposures, kernels, binning, bands });
+        picture.recorded = Some(Recorded { image: self.image.clone(), instrument, exposures, kernels, binning, bands });
         picture.colour();
         Ok(picture)
     }
@@ -227,13 +227,13 @@ impl Picture {
         let _ = backend::draw(Sources::PREVIEW, &self.scene, &plan, &Control::default(), |i, value| light[i] += value)?;
         let (image, colours, tone, code) = (&self.image, &self.colours, &self.tone, self.tone.coder());
         let spark = |pixel: usize| {
-            let own = |b: usize| light[b * size + pixel];
-            if (0..bands).all(|b| own(b) == 0.0) {
+            let radiance = |b: usize| light[b * size + pixel];
+            if (0..bands).all(|b| radiance(b) == 0.0) {
                 return Color32::TRANSPARENT;
             }
             let (column, row) = (pixel % camera.width, pixel / camera.width);
             let (x, y) = (column * image.width / camera.width, row * image.height / camera.height);
-            let [r, g, b] = code(tone.palette.rgb((0..bands).map(|b| own(b) + image.at(b, y, x))));
+            let [r, g, b] = code(tone.palette.rgb((0..bands).map(|b| radiance(b) + image.at(b, y, x))));
             let with = Color32::from_rgb(r, g, b);
             // The wings of a star that nobody can see are none.
             if with == colours[y * image.width + x] { Color32::TRANSPARENT } else { with }
@@ -246,13 +246,13 @@ impl Picture {
 
     /// Colours of what `other` differs from this, amplified; both as this one is shown.
     pub fn difference(&self, other: &Self) -> Vec<Color32> {
-        let (own, other) = (self.tone.picture(self.seen()), self.tone.picture(other.seen()));
+        let (ours, other) = (self.tone.picture(self.seen()), self.tone.picture(other.seen()));
         let one = |(a, b): (&[f64; 3], &[f64; 3])| {
             let amplified = |i: usize| (f64::from(AMPLIFIED) * (a[i] - b[i]).abs()).min(1.0);
             let [r, g, b] = std::array::from_fn(|i| (amplified(i) * 255.0 + 0.5) as u8);
             Color32::from_rgb(r, g, b)
         };
-        own.iter().zip(&other).map(one).collect()
+        ours.iter().zip(&other).map(one).collect()
     }
 }
 

@@ -64,12 +64,12 @@ fn origin(name: &str) -> Option<Origin> {
 impl Session {
     /// Unsaved changes are kept in `folder`.
     pub fn new(folder: Option<PathBuf>) -> Self {
-        let own = folder.and_then(|folder| {
+        let path_and_lock = folder.and_then(|folder| {
             std::fs::create_dir_all(&folder).ok()?;
             let free = (0..).map(|n| folder.join(format!("unsaved-{}-{n}.toml", std::process::id())));
             free.take(100).filter(|path| !path.exists()).find_map(|path| locked(&path).map(|lock| (path, lock)))
         });
-        let (recovery, lock) = own.unzip();
+        let (recovery, lock) = path_and_lock.unzip();
         Self { recovery, lock, ..Self::default() }
     }
 
@@ -130,9 +130,9 @@ impl Session {
 
     /// Makes what was left behind this window's own.
     pub fn adopt(&mut self, lost: &Recovered) {
-        if let Some(own) = &self.recovery {
+        if let Some(recovery) = &self.recovery {
             // Where it cannot be moved, it is written anew in a while.
-            let _ = std::fs::rename(&lost.path, own);
+            let _ = std::fs::rename(&lost.path, recovery);
             let _ = std::fs::remove_file(lost.path.with_extension("lock"));
         }
         self.written = Some(String::new());

@@ -62,9 +62,9 @@ pub fn added(track: usize, key: usize, time: f64, value: &barnard::properties::V
     let value = value.to_string().parse::<Value>();
     Edit::new("key added", move |document| {
         let (Some(track), Ok(value)) = (lists(document, track), value) else { return };
-        for (name, own) in [("times", moment(time).into()), ("values", value)] {
+        for (name, content) in [("times", moment(time).into()), ("values", value)] {
             if let Some(list) = array(track, name).filter(|list| key <= list.len()) {
-                list.insert(key, own);
+                list.insert(key, content);
             }
         }
     })
@@ -73,13 +73,13 @@ pub fn added(track: usize, key: usize, time: f64, value: &barnard::properties::V
 /// The edit that takes a key away, and with its last one the track.
 pub fn dropped(track: usize, key: usize) -> Edit {
     Edit::new("key removed", move |document| {
-        let Some(own) = lists(document, track) else { return };
-        let count = array(own, "times").map_or(0, |times| times.len());
+        let Some(track_lists) = lists(document, track) else { return };
+        let count = array(track_lists, "times").map_or(0, |times| times.len());
         if count == 1 && key == 0 {
             return Edit::drop("animation", track).apply(document);
         }
         for name in ["times", "values"] {
-            if let Some(list) = array(own, name).filter(|list| key < list.len()) {
+            if let Some(list) = array(track_lists, name).filter(|list| key < list.len()) {
                 list.remove(key);
             }
         }
@@ -87,16 +87,17 @@ pub fn dropped(track: usize, key: usize) -> Edit {
 }
 
 /// The edit that begins a track of a key of the scene, at a moment \[s\]; `holds` where each value holds until the next one.
-pub fn begun(of: &str, value: Value, time: f64, holds: bool) -> Edit {
+pub fn begun(place: &str, value: Value, time: f64, holds: bool) -> Edit {
     let mut table = Table::new();
-    for (name, own) in [("of", of.into()), ("times", Array::from_iter([moment(time)]).into()), ("values", Array::from_iter([value]).into())]
+    for (name, list) in
+        [("of", place.into()), ("times", Array::from_iter([moment(time)]).into()), ("values", Array::from_iter([value]).into())]
     {
-        table.insert(name, Item::Value(own));
+        table.insert(name, Item::Value(list));
     }
     if holds {
         table.insert("interpolation", Item::Value("step".into()));
     }
-    Edit::push("animation", table).with_name(format!("track of {of}"))
+    Edit::push("animation", table).with_name(format!("track of {place}"))
 }
 
 /// The keys of a scene that have numbers, and so can change smoothly: what each is called, and what it says.
@@ -108,22 +109,22 @@ pub fn possible(root: &Table) -> Vec<(String, Value)> {
 
 fn walk(table: &dyn TableLike, place: &str, found: &mut Vec<(String, Value)>) {
     for (name, item) in table.iter() {
-        let own = if place.is_empty() { name.to_owned() } else { format!("{place}.{name}") };
-        if CHANGES.contains(&own.as_str()) {
+        let full = if place.is_empty() { name.to_owned() } else { format!("{place}.{name}") };
+        if CHANGES.contains(&full.as_str()) {
             continue;
         }
         if let Some(child) = item.as_table_like() {
-            walk(child, &own, found);
+            walk(child, &full, found);
         } else if let Some(tables) = item.as_array_of_tables() {
-            tables.iter().enumerate().for_each(|(i, child)| walk(child, &format!("{own}[{i}]"), found));
+            tables.iter().enumerate().for_each(|(i, child)| walk(child, &format!("{full}[{i}]"), found));
         } else if let Some(value) = item.as_value() {
             let in_line = value.as_array().into_iter().flatten().enumerate();
-            in_line.filter_map(|(i, v)| Some((i, v.as_inline_table()?))).for_each(|(i, child)| walk(child, &format!("{own}[{i}]"), found));
+            in_line.filter_map(|(i, v)| Some((i, v.as_inline_table()?))).for_each(|(i, child)| walk(child, &format!("{full}[{i}]"), found));
             let is_list = value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(|v| crate::edit::number(v).is_some()));
             if is_list || crate::edit::number(value).is_some() || value.as_str().is_some_and(|text| spectra::units::parts(text).is_some()) {
                 let mut value = value.clone();
                 value.decor_mut().clear();
-                found.push((own, value));
+                found.push((full, value));
             }
         }
     }

@@ -95,16 +95,16 @@ fn draw(ui: &Ui, model: &Model, rect: Rect) {
     let painter = ui.painter().with_clip_rect(rect);
     let textures = model.shown.as_ref().map_or(&[][..], |shown| &shown.textures);
     match (&model.comparison.with, textures) {
-        (With::Nothing, [own, ..]) | (_, [own]) => painter.image(own.id(), rect, WHOLE, Color32::WHITE),
-        (_, [own, other]) if side_by_side(model) => {
+        (With::Nothing, [texture, ..]) | (_, [texture]) => painter.image(texture.id(), rect, WHOLE, Color32::WHITE),
+        (_, [first, other]) if side_by_side(model) => {
             let (left, right) = rect.split_left_right_at_fraction(0.5);
-            painter.image(own.id(), left, WHOLE, Color32::WHITE);
+            painter.image(first.id(), left, WHOLE, Color32::WHITE);
             painter.image(other.id(), right, WHOLE, Color32::WHITE)
         }
-        (_, [own, other]) => {
+        (_, [first, other]) => {
             let x = model.comparison.edge.unwrap_or(0.5);
             let (left, right) = rect.split_left_right_at_fraction(x);
-            painter.image(own.id(), left, Rect::from_min_max(WHOLE.min, pos2(x, 1.0)), Color32::WHITE);
+            painter.image(first.id(), left, Rect::from_min_max(WHOLE.min, pos2(x, 1.0)), Color32::WHITE);
             painter.image(other.id(), right, Rect::from_min_max(pos2(x, 0.0), WHOLE.max), Color32::WHITE);
             painter.vline(left.right(), rect.y_range(), Stroke::new(1.5, Color32::from_white_alpha(160)))
         }
@@ -292,8 +292,8 @@ fn labels(ui: &Ui, model: &Model, rect: Rect) {
         let picture = model.shown.as_ref()?.pictures.get(i)?;
         Some(picture.image.bands.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", "))
     };
-    if let (With::Filters(_), Some(own), Some(other)) = (&model.comparison.with, names(0), names(1)) {
-        write(rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, &own);
+    if let (With::Filters(_), Some(first), Some(other)) = (&model.comparison.with, names(0), names(1)) {
+        write(rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, &first);
         write(rect.right_top() + vec2(-8.0, 8.0), Align2::RIGHT_TOP, &other);
     }
     if let (With::Recorded, Some(other)) = (&model.comparison.with, model.shown.as_ref().and_then(|shown| shown.pictures.get(1))) {

@@ -155,16 +155,16 @@ fn options(renderer: Renderer) -> eframe::NativeOptions {
 fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> barnard::Result<(Document, Option<String>)> {
     let first = || Document::builtin(barnard_files::builtin::SCENES[0].name, memory_limit);
     let Some(lost) = session.recovered() else { return Ok((asked.map_or_else(first, Ok)?, None)) };
-    let of = format!("unsaved changes of {}", lost.origin.name());
+    let title = format!("unsaved changes of {}", lost.origin.name());
     if let Some(document) = asked {
-        return Ok((document, Some(format!("{of} exist: the explorer restores them when opened without a scene"))));
+        return Ok((document, Some(format!("{title} exist: the explorer restores them when opened without a scene"))));
     }
     match Document::of(&lost.origin, memory_limit).and_then(|mut d| d.replace(&lost.text).map(|()| d)) {
         Ok(document) => {
             session.adopt(&lost);
-            Ok((document, Some(format!("{of} were restored; Ctrl+Z reverts them"))))
+            Ok((document, Some(format!("{title} were restored; Ctrl+Z reverts them"))))
         }
-        Err(error) => Ok((first()?, Some(format!("{of} are in {}: {error}", lost.path.display())))),
+        Err(error) => Ok((first()?, Some(format!("{title} are in {}: {error}", lost.path.display())))),
     }
 }
 

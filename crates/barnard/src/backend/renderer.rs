@@ -105,14 +105,14 @@ fn in_parts(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Im
             Input::Plan => job.by_plan(job.plan(&control)?.only(|other| other == *part)),
             Input::Scene { .. } => Job::new(part.alone(scene)?, job.options())?,
         };
-        let own = renderer.radiance(&of_part, &control)?;
-        layers.push(Layer { name: name(*part, scene, &layers), content: LayerContent::Light, samples: own.samples.clone() });
+        let part_radiance = renderer.radiance(&of_part, &control)?;
+        layers.push(Layer { name: name(*part, scene, &layers), content: LayerContent::Light, samples: part_radiance.samples.clone() });
         match &mut sum {
             Some(sum) => {
-                sum.samples.add_all(&own.samples);
-                sum.stats = sum.stats.and(own.stats);
+                sum.samples.add_all(&part_radiance.samples);
+                sum.stats = sum.stats.and(part_radiance.stats);
             }
-            None => sum = Some(own),
+            None => sum = Some(part_radiance),
         }
     }
     let radiance = match sum {
@@ -132,7 +132,7 @@ fn in_parts(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Im
 
 /// The name of a part's layer, as channels of files have them: no two are the same, and none holds a dot or a blank.
 fn name(part: Part, scene: &Scene, others: &[Layer]) -> String {
-    let own = match part {
+    let plain_name = match part {
         Part::Scattered => "scattered".into(),
         Part::Emission { species } => {
             let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
@@ -141,6 +141,6 @@ fn name(part: Part, scene: &Scene, others: &[Layer]) -> String {
         Part::Background => "background".into(),
         Part::Stars => "stars".into(),
     };
-    let mut names = std::iter::once(own.clone()).chain((2..).map(|i| format!("{own}_{i}")));
-    names.find(|name| others.iter().all(|layer| layer.name != *name)).unwrap_or(own)
+    let mut names = std::iter::once(plain_name.clone()).chain((2..).map(|i| format!("{plain_name}_{i}")));
+    names.find(|name| others.iter().all(|layer| layer.name != *name)).unwrap_or(plain_name)
 }

@@ -130,8 +130,8 @@ impl<'a> Cursor<'a> {
         for (lane, row) in rows.iter_mut().enumerate() {
             let cell = &data[cells.first[lane]..][..dz + dy + ROW];
             let (fy, fz) = (f32x4::splat(cells.fraction[1][lane]), f32x4::splat(cells.fraction[2][lane]));
-            let of = |at: usize| -> &[S; ROW] { cell[at..at + ROW].try_into().expect("ROW values") };
-            let (a, b, c, d) = (of(0), of(dy), of(dz), of(dz + dy));
+            let corner_row = |at: usize| -> &[S; ROW] { cell[at..at + ROW].try_into().expect("ROW values") };
+            let (a, b, c, d) = (corner_row(0), corner_row(dy), corner_row(dz), corner_row(dz + dy));
             for i in (0..ROW).step_by(4).map(|i| i.min(ROW - 4)) {
                 let (low, high) = (lerp(quad(a, i), quad(b, i), fy), lerp(quad(c, i), quad(d, i), fy));
                 row[i..i + 4].copy_from_slice(&lerp(low, high, fz).to_array());

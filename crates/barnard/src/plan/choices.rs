@@ -70,7 +70,9 @@ impl Choices {
             rules: RuleTarget { accuracy: self.rules.accuracy.min(other.rules.accuracy), depth: self.rules.depth.max(other.rules.depth) },
             spatial,
             scattered: {
-                let part = |of: fn(&ScatteringError) -> f64| larger(self.scattered.0.as_ref().map(of), other.scattered.0.as_ref().map(of));
+                let part = |quantity: fn(&ScatteringError) -> f64| {
+                    larger(self.scattered.0.as_ref().map(quantity), other.scattered.0.as_ref().map(quantity))
+                };
                 let both = part(|e| e.spatial).zip(part(|e| e.angular));
                 let estimate = both.map(|(spatial, angular)| ScatteringError { spatial, angular });
                 (estimate, larger(self.scattered.1, other.scattered.1))

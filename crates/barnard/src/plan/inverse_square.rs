@@ -17,8 +17,8 @@ pub(in crate::plan) fn inverse_square_of_voxel(offset: DVec3, voxel: DVec3) -> f
     let point = |i: usize| {
         let part = DVec3::new(along(i % CLOSE_POINTS), along(i / CLOSE_POINTS % CLOSE_POINTS), along(i / (CLOSE_POINTS * CLOSE_POINTS)));
         // A part of edge e around the star itself: ∫ dV/r² = 7.68 e.
-        let own = (voxel.min_element() / CLOSE_POINTS as f64).powi(2) / 7.68;
-        1.0 / (offset + part * voxel).length_squared().max(own)
+        let nearest_squared = (voxel.min_element() / CLOSE_POINTS as f64).powi(2) / 7.68;
+        1.0 / (offset + part * voxel).length_squared().max(nearest_squared)
     };
     let count = CLOSE_POINTS.pow(3);
     (0..count).map(point).sum::<f64>() / count as f64

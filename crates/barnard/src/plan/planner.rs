@@ -163,7 +163,7 @@ impl<'a> Planner<'a> {
         let reused_detail = before.filter(|_| reused.is_some()).and_then(|plan| plan.detail.clone());
         let mut space = reused.map_or_else(|| SpatialPlan::new(scene, options, control).map(Arc::new), Ok)?;
         let detail = reused_detail
-            .filter(|reused| Some(&reused.said) == scene.detail.as_ref())
+            .filter(|reused| Some(&reused.settings) == scene.detail.as_ref())
             .or_else(|| detail(scene, &space, &choices.roughness));
         if let Some(edge) = choices.sampled_edge.filter(|edge| space.sampled_edge().is_some_and(|coarser| coarser < *edge))
             && let Some(finer) = space.resampled(scene, edge, options, control)?

@@ -77,7 +77,7 @@ impl Plan {
         let detail = self.detail.as_ref().filter(|detail| !detail.octaves.is_empty());
         let detail = detail.map(|detail| DetailReport {
             octaves: detail.octaves.len(),
-            deviation: detail.roughness.iter().map(|of| of.deviation).fold(0.0, f64::max),
+            deviation: detail.roughness.iter().map(|roughness| roughness.deviation).fold(0.0, f64::max),
         });
         let certificates = self.spectral.bands.iter().enumerate().map(|(number, band)| {
             let named = |(light, certificate): (usize, Certificate)| (self.lights[light].name.clone(), certificate);
@@ -123,7 +123,7 @@ impl Plan {
             ("densities".into(), words.into())
         });
         let pages = self.space.volumes.iter().find(|v| !v.pages().is_whole());
-        let pages = pages.map(|v| ("volumes".into(), format!("sparse: {:.1} % of the voxels are stored", 100.0 * v.held())));
+        let pages = pages.map(|v| ("volumes".into(), format!("sparse: {:.1} % of the voxels are stored", 100.0 * v.stored_share())));
         let scattered_field =
             self.scattered_field.iter().filter(|f| f.report.sweeps > 0).map(|f| ("multiple scattering".into(), f.report.to_string()));
         let detail = self.detail.iter().filter(|detail| !detail.octaves.is_empty()).map(|detail| ("detail".into(), detail.in_words()));

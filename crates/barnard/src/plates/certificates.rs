@@ -71,12 +71,12 @@ impl Behind<'_> {
     /// The certificate of the light.
     fn certified(&self, mixture: &Mixture) -> Certificate {
         let (measure, k_0) = (&self.part.source.measure, self.nodes[0].k);
-        let own = self.under_angles(mixture).map(|Angle { measure, factor }| {
+        let errors = self.under_angles(mixture).map(|Angle { measure, factor }| {
             Certificate::measured(&measure, |a| (-a * k_0).exp() * self.in_parts(a, &*factor), self.depth)
         });
         let none = Certificate { absolute: 0.0, relative: 0.0, depth: self.depth };
-        let worst = own.fold(none, Certificate::or_worse).rounded(measure, self.plate.rounding, |_| 0.0);
-        let parts = |a: f64, of: f64| self.stored() * (-k_0 * a).exp() / of.max(f64::MIN_POSITIVE);
+        let worst = errors.fold(none, Certificate::or_worse).rounded(measure, self.plate.rounding, |_| 0.0);
+        let parts = |a: f64, total: f64| self.stored() * (-k_0 * a).exp() / total.max(f64::MIN_POSITIVE);
         Certificate {
             absolute: worst.absolute + parts(0.0, measure.total()),
             // k_0 is the least extinction: light falls faster than the error.
@@ -88,7 +88,7 @@ impl Behind<'_> {
     /// ε: by how much it may be wrong in any pixel, in parts of G(k_0).
     fn error(&self, mixture: &Mixture) -> f64 {
         let k_0 = self.nodes[0].k;
-        let own = self.under_angles(mixture).map(|Angle { measure, factor }| {
+        let errors = self.under_angles(mixture).map(|Angle { measure, factor }| {
             // F(a) e^(a k_0), which is F of extinctions less k_0.
             let beyond = Measure { k: measure.k.iter().map(|k| k - k_0).collect(), ..measure };
             beyond.total() * Certificate::measured(&beyond, |a| self.in_parts(a, &*factor), self.depth).absolute
@@ -99,7 +99,7 @@ impl Behind<'_> {
         let depths = (0..=SAMPLES).map(|i| self.depth * (i as f64 / SAMPLES as f64).powi(2));
         let rounding =
             self.plate.rounding.light * measure.total() + self.plate.rounding.depth * MARGIN * depths.map(change).fold(0.0, f64::max);
-        own.fold(0.0, f64::max) + self.stored() + rounding
+        errors.fold(0.0, f64::max) + self.stored() + rounding
     }
 }
 
@@ -121,7 +121,7 @@ impl Plates {
                 let interpolated = |a: f64| part.weights.iter().zip(left(a)).map(|(w, left)| w * left).sum();
                 Certificate::measured(&part.source.measure, interpolated, self.0.depth * mixture.amount)
             };
-            (part.light, self.behind(mixture, part).map_or_else(of_point, |own| own.certified(mixture)))
+            (part.light, self.behind(mixture, part).map_or_else(of_point, |mixed| mixed.certified(mixture)))
         };
         mixture.parts[band].iter().filter(|part| part.source.measure.total() > 0.0).map(certified).collect()
     }
@@ -130,8 +130,8 @@ impl Plates {
     /// than a [certificate](Self::certificates) says of the darkest of all depths, of which a pixel may have none.
     pub fn errors(&self, mixture: &Mixture) -> Vec<f32> {
         let of_plate = |plate: usize, parts: &[Part]| {
-            let own = parts.iter().find(|part| part.plate == Some(plate)).and_then(|part| self.behind(mixture, part));
-            let of_mean = own.map_or(0.0, |own| own.error(mixture) * times(mixture.amount, own.plate.route));
+            let behind = parts.iter().find(|part| part.plate == Some(plate)).and_then(|part| self.behind(mixture, part));
+            let of_mean = behind.map_or(0.0, |mixed| mixed.error(mixture) * times(mixture.amount, mixed.plate.route));
             Share { of_mean, of_coordinate: vec![0.0; self.0.plates[plate].components.axes.len()] }
         };
         let shares: Vec<Vec<Share>> =

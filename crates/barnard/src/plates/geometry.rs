@@ -33,39 +33,39 @@ impl Geometry {
     /// # Errors
     /// If the scene's extinction law cannot be.
     pub fn of(scene: &Scene, nodes: &[Node]) -> Result<Self> {
-        let mut own = Self::default();
+        let mut geometry = Self::default();
         let camera = &scene.camera;
-        own.add("pixels of the camera", [camera.width, camera.height, camera.supersampling].map(|count| count as f64));
-        own.add("camera", integers(scene.parts().get(Part::View)));
-        own.add("positions of stars", scene.stars.iter().flat_map(|star| star.position.to_array()));
-        own.add("visible stars", scene.stars.iter().map(|star| f64::from(u8::from(star.visible))));
-        own.add("bounces", [scene.method.bounces as f64]);
+        geometry.add("pixels of the camera", [camera.width, camera.height, camera.supersampling].map(|count| count as f64));
+        geometry.add("camera", integers(scene.parts().get(Part::View)));
+        geometry.add("positions of stars", scene.stars.iter().flat_map(|star| star.position.to_array()));
+        geometry.add("visible stars", scene.stars.iter().map(|star| f64::from(u8::from(star.visible))));
+        geometry.add("bounces", [scene.method.bounces as f64]);
         if let Some(dust) = &scene.dust {
             if binds_dust(scene) {
-                own.add("amount of dust", [dust.sigma_v_per_pc]);
+                geometry.add("amount of dust", [dust.sigma_v_per_pc]);
             }
-            own.add("density of dust", integers(fingerprint(&*dust.density)));
+            geometry.add("density of dust", integers(fingerprint(&*dust.density)));
             let mut phase = Digest::new("phase");
             dust.phase.content(&mut phase);
-            own.add("phase function", integers(phase.finish()));
+            geometry.add("phase function", integers(phase.finish()));
             let again = scene.method.bounces > 1;
             if again || dust.phase.is_spectral() {
                 let law = law(scene)?;
-                own.add("extinction law of scattered light", nodes.iter().map(|node| law.k(node.lambda_um)));
+                geometry.add("extinction law of scattered light", nodes.iter().map(|node| law.k(node.lambda_um)));
             }
             if again {
-                own.add("albedo of multiple scattering", nodes.iter().map(|node| dust.albedo.at(node.lambda_um)));
+                geometry.add("albedo of multiple scattering", nodes.iter().map(|node| dust.albedo.at(node.lambda_um)));
             }
         }
         for (number, species) in scene.species().iter().enumerate() {
-            own.add(format!("density of gas number {}", number + 1), integers(fingerprint(&*species.density)));
+            geometry.add(format!("density of gas number {}", number + 1), integers(fingerprint(&*species.density)));
         }
         if let Some(detail) = &scene.detail {
             let unsaid = |value: Option<f64>| value.unwrap_or(-1.0);
             let numbers = [f64::from(detail.seed), detail.octaves as f64, detail.strength, unsaid(detail.deviation), unsaid(detail.slope)];
-            own.add("detail", numbers);
+            geometry.add("detail", numbers);
         }
-        Ok(own)
+        Ok(geometry)
     }
 
     fn add(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = f64>) {
@@ -77,21 +77,21 @@ impl Geometry {
     /// # Errors
     /// Says what of it is another.
     pub fn check(&self, other: &Self) -> Result<()> {
-        let largest = |of: &Trait| of.values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-        for own in &self.traits {
+        let largest = |one_trait: &Trait| one_trait.values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+        for known in &self.traits {
             let same = |theirs: &Trait| {
-                let room = SAME * largest(own);
-                theirs.values.len() == own.values.len() && theirs.values.iter().zip(&own.values).all(|(a, b)| (a - b).abs() <= room)
+                let room = SAME * largest(known);
+                theirs.values.len() == known.values.len() && theirs.values.iter().zip(&known.values).all(|(a, b)| (a - b).abs() <= room)
             };
-            match other.traits.iter().find(|theirs| theirs.name == own.name) {
+            match other.traits.iter().find(|theirs| theirs.name == known.name) {
                 Some(theirs) if same(theirs) => {}
                 found => {
                     let relation = if found.is_some() { "differs from that of" } else { "is not in the scene, but in" };
-                    return Err(Error::conflict(format!("{} {relation} the plates", own.name), REMEDY));
+                    return Err(Error::conflict(format!("{} {relation} the plates", known.name), REMEDY));
                 }
             }
         }
-        match other.traits.iter().find(|theirs| self.traits.iter().all(|own| own.name != theirs.name)) {
+        match other.traits.iter().find(|theirs| self.traits.iter().all(|known| known.name != theirs.name)) {
             Some(new) => Err(Error::conflict(format!("the plates have no {}", new.name), REMEDY)),
             None => Ok(()),
         }

@@ -60,12 +60,12 @@ impl Work<'_> {
         let rows = rows(&components);
         self.check(lights.len() * rows.len(), lights.len(), components.axes.len())?;
         let Combined { data, stats } = combined(plan, lights, &rows, self.control)?;
-        let own = data.chunks_exact(rows.len() * self.pixels());
+        let planes = data.chunks_exact(rows.len() * self.pixels());
         let plate = |(light, data): (&usize, &[f32])| {
             let route = plan.lights()[*light].route;
             stored(route, data, components.clone(), plan.rounding(route, stats.storage))
         };
-        Ok((lights.iter().zip(own).map(plate).collect(), stats))
+        Ok((lights.iter().zip(planes).map(plate).collect(), stats))
     }
 
     /// Plates of lights that scatter more than once, each marched by itself at the wavelengths of all nodes.
@@ -165,13 +165,13 @@ fn rows(components: &Components) -> Vec<Vec<f32>> {
 fn stored(route: Route, data: &[f32], components: Components, rounding: Rounding) -> Plate {
     let pixels = data.len() / (1 + components.axes.len());
     let level = data[..pixels].to_vec();
-    let of_component = |([low, high], own): (&[f64; 2], &[f32])| {
+    let of_component = |([low, high], coordinates): (&[f64; 2], &[f32])| {
         let (low, scale) = (*low as f32, if high > low { LEVELS / (high - low) as f32 } else { 0.0 });
-        let number = |(own, level): (&f32, &f32)| {
-            let coordinate = if *level > 0.0 { own / level } else { 0.0 };
+        let number = |(radiance, level): (&f32, &f32)| {
+            let coordinate = if *level > 0.0 { radiance / level } else { 0.0 };
             ((coordinate - low) * scale + 0.5).clamp(0.0, LEVELS) as u16
         };
-        own.iter().zip(&level).map(number).collect()
+        coordinates.iter().zip(&level).map(number).collect()
     };
     let coordinates = components.ranges.iter().zip(data[pixels..].chunks_exact(pixels)).map(of_component).collect();
     Plate { route, components, level, coordinates, rounding }

@@ -13,6 +13,7 @@
 //! bound as well, and each light is marched by itself at the wavelengths of all nodes.
 
 mod certificates;
+mod exposure;
 mod geometry;
 mod march;
 mod mixture;
@@ -21,18 +22,16 @@ mod reach;
 use std::sync::Arc;
 
 use spectra::components::Components;
-use spectra::rule::{Certificate, CommonNodes, Node, Rounding, Source};
+use spectra::rule::{CommonNodes, Node, Rounding, Source};
 
 pub use self::geometry::{Geometry, Trait, binds_dust};
 use self::march::Work;
 use self::mixture::Share;
 pub use self::reach::Reach;
 use self::reach::{amounts, check, one_scattering, range};
-use crate::backend::{describe, end_of_space};
+use crate::backend::end_of_space;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::geometry::Ray;
-use crate::image::{BandCertificates, Image, PointSource, Report, Samples};
 use crate::light::{Light, Route, law, lights};
 use crate::phase::Phase;
 use crate::plan::{Choices, Options, Planned, Planner, Quality, source};
@@ -144,14 +143,14 @@ impl Plates {
     /// Errors of [`Planner::plan`]; an empty range, or one beyond the extinction law; too many stars; other amounts of dust requested with
     /// multiple scattering or a phase function that depends on wavelength.
     pub fn new(scene: &Scene, reach: Reach, before: Option<&Planned>, options: &Options, control: &Control) -> Result<Self> {
-        Ok(Self::held(scene, reach, before, None, options, control)?.0)
+        Ok(Self::planned(scene, reach, before, None, options, control)?.0)
     }
 
     /// Variant with the plan that they were marched by, which may hold to [choices](Choices) that are made already.
     ///
     /// # Errors
     /// Errors of [`new`](Self::new).
-    pub fn held(
+    pub fn planned(
         scene: &Scene,
         reach: Reach,
         before: Option<&Planned>,
@@ -172,9 +171,9 @@ impl Plates {
                 format!("an optical depth of {:.0} needs {} nodes, plates have at most {MOST_NODES}", plan.spectral().depth, nodes.len());
             return Err(Error::conflict(problem, "use a narrower range or a larger accuracy"));
         }
-        let own: Vec<usize> = (0..plan.lights().len()).filter(|light| is_extended(plan.lights()[*light].route)).collect();
+        let extended: Vec<usize> = (0..plan.lights().len()).filter(|light| is_extended(plan.lights()[*light].route)).collect();
         let work = Work { scene, nodes: &nodes, options, control: &of_march };
-        let (plates, stats) = if scene.method.bounces == 1 { work.once(&plan, &own)? } else { work.again(&plan, &own)? };
+        let (plates, stats) = if scene.method.bounces == 1 { work.once(&plan, &extended)? } else { work.again(&plan, &extended)? };
         let far = end_of_space(&plan);
         let depth = |point: &crate::points::Point| {
             let ray = point.ray(&scene.camera);
@@ -229,14 +228,14 @@ impl Plates {
         let fits = |plate: &Plate| {
             plate.level.len() == pixels
                 && plate.coordinates.len() == plate.components.axes.len()
-                && plate.coordinates.iter().all(|own| own.len() == pixels)
+                && plate.coordinates.iter().all(|coordinate| coordinate.len() == pixels)
                 && is_extended(plate.route)
         };
         if !plates.iter().all(fits) {
             return wrong("mismatched sizes");
         }
         let is_depth = |depth: &f64| *depth >= 0.0;
-        let is_number = |own: f64| is_depth(&own) && own.is_finite();
+        let is_number = |level: f64| is_depth(&level) && level.is_finite();
         if !(record.range_um.0 > 0.0 && record.range_um.1 > record.range_um.0 && record.range_um.1.is_finite()) {
             return wrong("an invalid wavelength range");
         }
@@ -285,12 +284,12 @@ impl Plates {
         let (lights, law) = (lights(scene)?, law(scene)?);
         let mut parts: Vec<Vec<Part>> = Vec::new();
         for band in &scene.bands {
-            let part = |(light, own): (usize, &Light)| {
-                let source = source(scene, own, band, &law);
+            let part = |(light, light_row): (usize, &Light)| {
+                let source = source(scene, light_row, band, &law);
                 let weights = CommonNodes::weights_of(&nodes, &source.measure).map_err(|error| {
                     match CommonNodes::weights_of(&self.0.nodes, &source.measure).is_err() {
                         true => {
-                            let problem = format!("{} in {}: {error}", own.name, band.name());
+                            let problem = format!("{} in {}: {error}", light_row.name, band.name());
                             Error::conflict(problem, "stay within the wavelength range of the plates, or make plates with a wider --range")
                         }
                         false => {
@@ -299,9 +298,9 @@ impl Plates {
                         }
                     }
                 })?;
-                let plate = plates.iter().position(|plate| plate.route == own.route);
-                if plate.is_none() && is_extended(own.route) {
-                    return Err(Error::conflict(format!("the plates have no {}", own.name), "make new plates of this scene"));
+                let plate = plates.iter().position(|plate| plate.route == light_row.route);
+                if plate.is_none() && is_extended(light_row.route) {
+                    return Err(Error::conflict(format!("the plates have no {}", light_row.name), "make new plates of this scene"));
                 }
                 Ok(Part { light, plate, source, weights })
             };
@@ -309,13 +308,13 @@ impl Plates {
         }
         let dark = vec![0.0; nodes.len()];
         let share = |plate: usize, parts: &[Part]| {
-            let own = parts.iter().find(|part| part.plate == Some(plate));
-            stored_share(&plates[plate].components, own.map_or(&dark, |own| &own.weights), times(amount, plates[plate].route))
+            let part = parts.iter().find(|part| part.plate == Some(plate));
+            stored_share(&plates[plate].components, part.map_or(&dark, |part| &part.weights), times(amount, plates[plate].route))
         };
-        let shares = (0..plates.len()).map(|plate| parts.iter().map(|own| share(plate, own)).collect()).collect();
+        let shares = (0..plates.len()).map(|plate| parts.iter().map(|part| share(plate, part)).collect()).collect();
         let of_points = |light: usize| match is_extended(lights[light].route) {
             true => Vec::new(),
-            false => parts.iter().map(|own| own[light].weights.clone()).collect(),
+            false => parts.iter().map(|band_parts| band_parts[light].weights.clone()).collect(),
         };
         let points = (0..lights.len()).map(of_points).collect();
         Ok(Mixture { amount, nodes, shares, points, parts, phases: phases(scene) })
@@ -323,97 +322,15 @@ impl Plates {
 
     /// The amount of dust of a scene, as a part of theirs.
     fn amount(&self, scene: &Scene) -> Result<f64> {
-        let (own, theirs) = (self.0.dust_per_pc, dust_per_pc(scene));
-        match own == theirs {
+        let (plates_dust, theirs) = (self.0.dust_per_pc, dust_per_pc(scene));
+        match plates_dust == theirs {
             true => Ok(1.0),
-            false if own > 0.0 && theirs > 0.0 => Ok(theirs / own),
+            false if plates_dust > 0.0 && theirs > 0.0 => Ok(theirs / plates_dust),
             false => {
-                let problem = format!("the dust scale is {theirs} pc-1, that of the plates {own} pc-1");
+                let problem = format!("the dust scale is {theirs} pc-1, that of the plates {plates_dust} pc-1");
                 Err(Error::conflict(problem, "use a scale above zero in both, or make new plates"))
             }
         }
-    }
-
-    /// Adds the extended light of a mixture to `picture`, bands × height × width [W m⁻² sr⁻¹], which has as many bands as the
-    /// mixture's scene.
-    ///
-    /// # Errors
-    /// If the picture has another size.
-    pub fn add(&self, mixture: &Mixture, picture: &mut [f32]) -> Result<()> {
-        let pixels = self.0.size[0] * self.0.size[1];
-        if picture.len() != pixels * mixture.parts.len() {
-            let wanted = format!("{} bands of {} x {} pixels", mixture.parts.len(), self.0.size[0], self.0.size[1]);
-            return Err(Error::mismatch("picture of plates", wanted, format!("{} values", picture.len())));
-        }
-        mixture::add(&self.0.plates, &mixture.shares, pixels, picture);
-        Ok(())
-    }
-
-    /// The picture of a scene that differs from theirs in spectra alone, with its errors.
-    ///
-    /// # Errors
-    /// Errors of [`mixture`](Self::mixture), and on interruption by the user.
-    pub fn expose(&self, scene: &Scene, control: &Control) -> Result<Image> {
-        let (mixture, lights) = (self.mixture(scene)?, lights(scene)?);
-        let mut image = self.pictured(scene, &mixture, control)?;
-        let certificates = scene.bands.iter().enumerate().map(|(number, band)| {
-            let named = |(light, certificate): (usize, Certificate)| (lights[light].name.clone(), certificate);
-            BandCertificates { band: band.name().to_owned(), lights: self.certificates(&mixture, number).into_iter().map(named).collect() }
-        });
-        image.report = Report {
-            backend: Some("plates".into()),
-            accuracy: Some(self.0.accuracy),
-            depth: Some(self.0.depth * mixture.amount),
-            certificates: certificates.collect(),
-            notes: self.0.notes.clone(),
-            ..Report::default()
-        };
-        Ok(image)
-    }
-
-    /// Variant of a mixture of the scene, without its errors, for looks that pass by.
-    ///
-    /// # Errors
-    /// If the scene has other stars of a field, values are no numbers, and on interruption by the user.
-    pub fn pictured(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
-        let mut light = vec![0.0; scene.bands.len() * self.0.size[0] * self.0.size[1]];
-        self.add(mixture, &mut light)?;
-        self.finished(scene, mixture, Samples::Single(light), control)
-    }
-
-    /// Variant in double precision, for programs that take differences of pictures: stored numbers are those of the plates, and what is
-    /// made of them is smooth in spectra and in the amount of dust.
-    ///
-    /// # Errors
-    /// Errors of [`pictured`](Self::pictured).
-    pub fn pictured_in_double(&self, scene: &Scene, mixture: &Mixture, control: &Control) -> Result<Image> {
-        let pixels = self.0.size[0] * self.0.size[1];
-        let mut light = vec![0.0; scene.bands.len() * pixels];
-        mixture::add_in_double(&self.0.plates, &mixture.shares, pixels, &mut light);
-        self.finished(scene, mixture, Samples::Double(light), control)
-    }
-
-    /// The picture of extended light, unresolved sources added.
-    fn finished(&self, scene: &Scene, mixture: &Mixture, mut samples: Samples, control: &Control) -> Result<Image> {
-        let points = self.draw(scene, mixture, &mut samples, control)?;
-        let image = Image { points, ..describe(scene, &scene.camera, samples) };
-        image.check()?;
-        Ok(image)
-    }
-
-    /// Draws the unresolved sources.
-    fn draw(&self, scene: &Scene, mixture: &Mixture, samples: &mut Samples, control: &Control) -> Result<Vec<PointSource>> {
-        let lights = lights(scene)?;
-        let depths = &self.0.depths;
-        if points(Sources::All, scene, &scene.camera, &lights)?.len() != depths.len() {
-            return Err(Error::conflict("the plates have other field or catalogue stars", "make new plates of this scene"));
-        }
-        let fluxes = |number: usize, light: usize, _: &Ray, _: f64| {
-            let depth = depths[number] * mixture.amount;
-            let left: Vec<f64> = mixture.nodes.iter().map(|node| (-node.k * depth).exp()).collect();
-            mixture.points[light].iter().map(|weights| weights.iter().zip(&left).map(|(w, left)| w * left).sum()).collect()
-        };
-        crate::points::draw(Sources::All, scene, &scene.camera, &lights, fluxes, control, |i, value| samples.add(i, value))
     }
 }
 

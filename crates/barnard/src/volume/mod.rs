@@ -147,9 +147,9 @@ impl Volume {
     /// The pages of a volume of this lattice in which one of some grids is not zero, or no farther than `margin_pc` from
     /// them along each axis.
     pub(crate) fn pages_with(lattice: &Lattice, grids: &[&Grid], margin_pc: f64) -> Pages {
-        let own = with_layer(&doubled(lattice));
-        Pages::held(own.dims, |voxels| {
-            let [low, high] = [voxels.each_ref().map(|v| v.start), voxels.map(|v| v.end - 1)].map(|[x, y, z]| own.centre(x, y, z));
+        let layered = with_layer(&doubled(lattice));
+        Pages::stored(layered.dims, |voxels| {
+            let [low, high] = [voxels.each_ref().map(|v| v.start), voxels.map(|v| v.end - 1)].map(|[x, y, z]| layered.centre(x, y, z));
             grids.iter().any(|grid| grid.is_filled(low - margin_pc, high + margin_pc))
         })
     }
@@ -241,12 +241,12 @@ impl Volume {
         let parts = self.units[slot].recip();
         let (pages, [nx, ny, _]) = (&self.pages, self.pages.side());
         stored!(&mut self.values, |data| pages.of(data, channels).for_each(|(first, page)| {
-            page.par_chunks_exact_mut(nx * channels).enumerate().for_each_init(Vec::new, |own, (r, row)| {
+            page.par_chunks_exact_mut(nx * channels).enumerate().for_each_init(Vec::new, |buffer, (r, row)| {
                 let along = inside(0, first[0])..inside(0, first[0] + nx - 1) + 1;
-                own.resize(along.len(), 0.0);
-                grid.row(along.clone(), inside(1, first[1] + r % ny), inside(2, first[2] + r / ny), own);
+                buffer.resize(along.len(), 0.0);
+                grid.row(along.clone(), inside(1, first[1] + r % ny), inside(2, first[2] + r / ny), buffer);
                 for (x, values) in row.chunks_exact_mut(channels).enumerate() {
-                    values[slot] = Stored::of(own[inside(0, first[0] + x) - along.start] * parts);
+                    values[slot] = Stored::of(buffer[inside(0, first[0] + x) - along.start] * parts);
                 }
             });
         }));
@@ -301,7 +301,7 @@ impl Volume {
 
     /// Voxels that memory is taken for, in parts of those that there are \[1\]; more than one where those on faces of pages
     /// stand twice.
-    pub fn held(&self) -> f64 {
+    pub fn stored_share(&self) -> f64 {
         self.pages.voxels() as f64 / self.lattice.cells() as f64
     }
 

@@ -33,20 +33,20 @@ impl Pages {
     }
 
     /// Resident pages of a lattice, given the voxels along each axis that a page has.
-    pub fn held(dims: [usize; 3], is_held: impl Fn([Range<usize>; 3]) -> bool + Sync) -> Self {
+    pub fn stored(dims: [usize; 3], is_held: impl Fn([Range<usize>; 3]) -> bool + Sync) -> Self {
         let counts = dims.map(|n| (n - 1).div_ceil(PAGE));
         let first = |page: usize| [page % counts[0], page / counts[0] % counts[1], page / (counts[0] * counts[1])].map(|i| i * PAGE);
         let voxels = |page: usize| {
             let first = first(page);
             std::array::from_fn(|axis| first[axis]..(first[axis] + PAGE + 1).min(dims[axis]))
         };
-        let held: Vec<bool> = (0..counts.iter().product()).into_par_iter().map(|page| is_held(voxels(page))).collect();
-        let firsts: Vec<[usize; 3]> = (0..held.len()).filter(|page| held[*page]).map(first).collect();
-        let number = |held: &bool, last: &mut u32| {
-            *last += u32::from(*held);
-            if *held { *last } else { 0 }
+        let is_stored: Vec<bool> = (0..counts.iter().product()).into_par_iter().map(|page| is_held(voxels(page))).collect();
+        let firsts: Vec<[usize; 3]> = (0..is_stored.len()).filter(|page| is_stored[*page]).map(first).collect();
+        let number = |is_stored: &bool, last: &mut u32| {
+            *last += u32::from(*is_stored);
+            if *is_stored { *last } else { 0 }
         };
-        let slots = held.iter().scan(0, |last, held| Some(number(held, last))).collect();
+        let slots = is_stored.iter().scan(0, |last, is_stored| Some(number(is_stored, last))).collect();
         Self { cells: [PAGE; 3], counts, slots, firsts, empty: 1 }
     }
 
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn voxels_are_numbered() {
         let dims = [36, 17, 2];
-        let pages = Pages::held(dims, |voxels| voxels[0].contains(&33));
+        let pages = Pages::stored(dims, |voxels| voxels[0].contains(&33));
         assert_eq!((pages.counts, pages.firsts.clone()), ([3, 1, 1], vec![[32, 0, 0]]));
         assert_eq!(pages.voxels(), 2 * 17usize.pow(3));
         assert_eq!([[0, 0, 0], [31, 16, 1]].map(|v| pages.number(v) < 17usize.pow(3)), [true; 2]);
@@ -187,9 +187,9 @@ mod tests {
     /// One page that is held in a lattice of one page is not the whole: nothing has a page of its own.
     #[test]
     fn a_page_of_nothing_is_no_page_for_all() {
-        for held in [false, true] {
-            let pages = Pages::held([9, 9, 9], |_| held);
-            assert!(!pages.is_whole() && pages.voxels() == (1 + usize::from(held)) * 17usize.pow(3));
+        for is_stored in [false, true] {
+            let pages = Pages::stored([9, 9, 9], |_| is_stored);
+            assert!(!pages.is_whole() && pages.voxels() == (1 + usize::from(is_stored)) * 17usize.pow(3));
         }
     }
 
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn cells_are_found_for_all_lanes() {
         let dims = [40, 35, 50];
-        for pages in [Pages::whole(dims), Pages::held(dims, |v| ((v[0].start + v[1].start + v[2].start) / PAGE).is_multiple_of(2))] {
+        for pages in [Pages::whole(dims), Pages::stored(dims, |v| ((v[0].start + v[1].start + v[2].start) / PAGE).is_multiple_of(2))] {
             let cells: [[u32; LANES]; 3] =
                 std::array::from_fn(|axis| std::array::from_fn(|lane| ((lane * (7 + axis) + axis) % (dims[axis] - 1)) as u32));
             let [x, y, z] = &cells;

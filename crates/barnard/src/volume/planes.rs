@@ -54,7 +54,7 @@ impl Volume {
             for (first, number) in self.pages.along(plane.axes[0], plane.voxel(0, v)) {
                 let line = line[first..].iter_mut().take(side);
                 let from = number * channels + slot;
-                stored!(&self.values, |data| line.zip(data[from..].iter().step_by(stride)).for_each(|(own, v)| *own = v.value()));
+                stored!(&self.values, |data| line.zip(data[from..].iter().step_by(stride)).for_each(|(value, v)| *value = v.value()));
             }
         });
     }

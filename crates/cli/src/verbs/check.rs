@@ -88,8 +88,8 @@ fn describe(scene: &Scene) {
     for gas in scene.species() {
         say!("emission  {}: {} lines, {}", gas.name, gas.spectrum.lines().len(), lattice(&*gas.density));
     }
-    for told in scene.ionised().iter().flat_map(|gas| gas.told()) {
-        say!("gas       {told}");
+    for note in scene.ionised().iter().flat_map(|gas| gas.notes()) {
+        say!("gas       {note}");
     }
     for band in &scene.bands {
         let (low, high) = band.support_um();

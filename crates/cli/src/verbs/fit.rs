@@ -85,7 +85,9 @@ impl Fit {
         for (flag, path, ending) in
             [("-o", &self.output, "json"), ("--found", &self.found, "toml"), ("--residuals", &self.residuals, "fits")]
         {
-            if let Some(path) = path.as_ref().filter(|path| path.extension().is_none_or(|own| !own.eq_ignore_ascii_case(ending))) {
+            if let Some(path) =
+                path.as_ref().filter(|path| path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case(ending)))
+            {
                 bail!("{flag} {}: the file name must end with .{ending}", path.display());
             }
         }
@@ -101,7 +103,7 @@ impl Fit {
         crate::verbs::refuse_inputs(&file.scene, &outputs)?;
         let overlays = self.with.iter().map(|path| overlay(path)).collect::<anyhow::Result<Vec<Table>>>()?;
         let with = |i: usize| overlays.get(i).cloned().unwrap_or_default();
-        let is_assumed = |own: Unsaid| self.assume.contains(&own);
+        let is_assumed = |unsaid: Unsaid| self.assume.contains(&unsaid);
         let assumed = Assumed { unit: is_assumed(Unsaid::Unit), place: is_assumed(Unsaid::Place) };
         let observation = |(i, file): (usize, &PathBuf)| Observation { data: Data::File(file.clone()), with: with(i), assumed };
         let observations: Vec<Observation> = self.to.iter().enumerate().map(observation).collect();
@@ -114,10 +116,10 @@ impl Fit {
         let seconds = start.elapsed().as_secs_f64();
         tell(&free, &images.units(), &first, &fitted, seconds);
         let residuals = images.residuals(&data, &fitted.prediction, &fitted.sigma, &control)?;
-        for own in &residuals {
-            for (band, values) in &own.normalised {
+        for of_image in &residuals {
+            for (band, values) in &of_image.normalised {
                 let chi2: f64 = values.iter().map(|value| value * value).sum();
-                say!("{} {band}: chi2 {chi2:.1} of {} pixels", own.name, values.len());
+                say!("{} {band}: chi2 {chi2:.1} of {} pixels", of_image.name, values.len());
             }
         }
         if self.json {
@@ -131,8 +133,8 @@ impl Fit {
             replace(path, barnard_files::toml::text(&images.tree(&fitted.values)?).as_bytes())?;
             say!("wrote {}", path.display());
         }
-        for (path, own) in left.iter().zip(&residuals) {
-            own.image.save(path, &file.scene.save_options().without_glare())?;
+        for (path, of_image) in left.iter().zip(&residuals) {
+            of_image.image.save(path, &file.scene.save_options().without_glare())?;
             say!("wrote {}", path.display());
         }
         if let Some(path) = &self.plot {
@@ -140,8 +142,8 @@ impl Fit {
             say!("wrote {}", path.display());
         }
         if let Some(path) = &self.corner {
-            let said = |i: usize| vec![free[i].key.clone(), said(&fitted, i), images.units()[i].to_owned()];
-            plots::corner(path, (0..free.len()).map(said).collect(), &fitted)?;
+            let row = |i: usize| vec![free[i].key.clone(), value_words(&fitted, i), images.units()[i].to_owned()];
+            plots::corner(path, (0..free.len()).map(row).collect(), &fitted)?;
             say!("wrote {}", path.display());
         }
         if !fitted.degenerate.is_empty() {
@@ -222,7 +224,7 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
         say!(
             "{} = {} {} (start {}; model error {:.1e})",
             parameter.key,
-            said(fitted, i),
+            value_words(fitted, i),
             units[i],
             barnard::spectra::units::short(first[i]),
             fitted.floor[i]
@@ -236,7 +238,7 @@ fn tell(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted, seco
 }
 
 /// A value with its standard error, to two digits of that.
-fn said(fitted: &Fitted, i: usize) -> String {
+fn value_words(fitted: &Fitted, i: usize) -> String {
     let (value, sigma) = (fitted.values[i], fitted.sigma_of(i));
     if !sigma.is_finite() {
         return format!("{} +- unknown", barnard::spectra::units::short(value));
@@ -309,7 +311,7 @@ mod plots {
         let width = 2.0 * REACH / BINS as f64;
         let normal = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
         let expected = Series { name: "noise".into(), points: (0..BINS).map(|bin| (middle(bin), normal(middle(bin)))).collect() };
-        let of_band = |own: &Residuals, band: &str, values: &[f64]| {
+        let of_band = |of_image: &Residuals, band: &str, values: &[f64]| {
             let mut counts = vec![0.0; BINS];
             for value in values {
                 let bin = ((value + REACH) / width).floor();
@@ -318,9 +320,10 @@ mod plots {
                 }
             }
             let points = counts.iter().enumerate().filter(|(_, count)| **count > 0.0).map(|(bin, count)| (middle(bin), *count)).collect();
-            Series { name: format!("{} {band}", own.name), points }
+            Series { name: format!("{} {band}", of_image.name), points }
         };
-        let series = residuals.iter().flat_map(|own| own.normalised.iter().map(move |(band, values)| of_band(own, band, values)));
+        let series =
+            residuals.iter().flat_map(|of_image| of_image.normalised.iter().map(move |(band, values)| of_band(of_image, band, values)));
         let figure = Figure {
             name: "residuals".into(),
             title: "Data minus model".into(),

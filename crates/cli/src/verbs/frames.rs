@@ -39,9 +39,9 @@ pub struct FrameArgs {
 
 fn parse_shard(text: &str) -> Result<(usize, usize), String> {
     let wrong = || "a shard must be I/N with I from 1 to N, such as 3/8".to_owned();
-    let (own, all) = text.split_once('/').ok_or_else(wrong)?;
-    match (own.trim().parse(), all.trim().parse()) {
-        (Ok(own), Ok(all)) if (1..=all).contains(&own) => Ok((own, all)),
+    let (shard, all) = text.split_once('/').ok_or_else(wrong)?;
+    match (shard.trim().parse(), all.trim().parse()) {
+        (Ok(shard), Ok(all)) if (1..=all).contains(&shard) => Ok((shard, all)),
         _ => Err(wrong()),
     }
 }
@@ -132,9 +132,9 @@ impl FrameArgs {
     pub fn render(&self, shoot: &Shoot, march: March) -> anyhow::Result<()> {
         let frames = shoot.sequence.frames();
         let all = parse_frames(self.frames.as_deref().unwrap_or("all"), frames)?;
-        let (own, shards) = self.shard.unwrap_or((1, 1));
+        let (shard, shards) = self.shard.unwrap_or((1, 1));
         let alone = all.len() == 1;
-        let numbers: Vec<i64> = all.iter().copied().skip(own - 1).step_by(shards).collect();
+        let numbers: Vec<i64> = all.iter().copied().skip(shard - 1).step_by(shards).collect();
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;
         let mut follower = Follower::new(shoot.sequence);
@@ -157,12 +157,12 @@ impl FrameArgs {
             let stays = |number: &i64| !self.overwrite || all.binary_search(number).is_err();
             shoot.record(&files, (frames.first..=frames.last()).filter(stays))?;
         }
-        let told = |number: i64, status: &str| say!("{}", json!({ "frame": number, "status": status }));
+        let report = |number: i64, status: &str| say!("{}", json!({ "frame": number, "status": status }));
         let mut left = Vec::new();
         for number in &numbers {
             if is_done(*number)? {
                 Claim::sweep(&files(*number)?[0][0]);
-                told(*number, "exists");
+                report(*number, "exists");
             } else {
                 left.push(*number);
             }
@@ -178,7 +178,7 @@ impl FrameArgs {
         let (start, mut done, mut elsewhere) = (Instant::now(), 0usize, 0usize);
         for (i, number) in left.iter().enumerate() {
             let Some(claim) = Claim::of(&files(*number)?[0][0])? else {
-                told(*number, "claimed");
+                report(*number, "claimed");
                 elsewhere += 1;
                 continue;
             };
@@ -187,7 +187,7 @@ impl FrameArgs {
             }
             // Another process may have written it in the meantime.
             if is_done(*number)? {
-                told(*number, "exists");
+                report(*number, "exists");
                 continue;
             }
             let per_frame = start.elapsed().as_secs_f64() / done.max(1) as f64;

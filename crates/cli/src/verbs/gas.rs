@@ -27,7 +27,7 @@ impl Gas {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let (scene, _) = self.scene.load()?;
         let Some(gas) = scene.ionised() else { bail!("the scene has no [gas]; add one such as  [gas]  density = \"n_H\"  (docs/gas.md)") };
-        gas.told().iter().for_each(|told| say!("{told}"));
+        gas.notes().iter().for_each(|note| say!("{note}"));
         self.output.map_or(Ok(()), |folder| report(&scene.name, gas, &folder))?;
         Ok(ExitCode::SUCCESS)
     }

@@ -120,24 +120,24 @@ impl Observe {
 
     /// The scene's instrument with what the command line changes of it.
     fn instrument(&self, scene: &Scene) -> anyhow::Result<Instrument> {
-        let mut own = match (&self.preset, &scene.instrument) {
+        let mut instrument = match (&self.preset, &scene.instrument) {
             (Some(name), _) => preset(name).context("--preset")?,
-            (None, Some(own)) => Instrument::clone(own),
+            (None, Some(stated)) => Instrument::clone(stated),
             (None, None) => bail!(
                 "the scene has no instrument; add [instrument] with preset = \"hst-wfc3-uvis\", or --preset (see `barnard list instruments`)"
             ),
         };
         if let Some(exposure) = self.exposure {
-            own.exposure_s = exposure.0;
+            instrument.exposure_s = exposure.0;
         }
         if let Some(number) = self.number {
             if !(1..=MAX_FRAMES).contains(&number) {
                 bail!("--number {number} is out of range; give a number of frames from 1 to {MAX_FRAMES}");
             }
-            own.frames = number;
+            instrument.frames = number;
         }
-        own.seed = self.seed.unwrap_or(own.seed);
-        Ok(own)
+        instrument.seed = self.seed.unwrap_or(instrument.seed);
+        Ok(instrument)
     }
 }
 

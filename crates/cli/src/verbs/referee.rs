@@ -81,12 +81,12 @@ impl Referee {
             say!("resuming at {before} paths per pixel");
         }
         let worst = |film: &Film| (0..bands).map(|b| film.relative_error(b, bands)).fold(0.0, f64::max);
-        let told = path::trace(scene, &options, &mut film, &control, &mut |film| note.set(format!("error {:.2e}", worst(film))));
-        match told {
+        let traced = path::trace(scene, &options, &mut film, &control, &mut |film| note.set(format!("error {:.2e}", worst(film))));
+        match traced {
             Err(Error::Interrupted) if film.samples > 0 => {
                 complain!("stopped after {} of {} paths per pixel; the state is saved", film.samples, options.samples)
             }
-            told => told?,
+            traced => traced?,
         }
         let seconds = start.elapsed().as_secs_f64();
         if let Some(path) = &self.state {

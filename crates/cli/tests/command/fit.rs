@@ -39,8 +39,8 @@ fn scenes_are_fitted() {
     let parameter = &found["parameters"][0];
     let number = |key: &str| parameter[key].as_f64().unwrap();
     let scene = barnard_files::toml::properties("scene.toml", &scene()).unwrap();
-    let said = barnard::properties::places::get(&scene, "star.0.luminosity").unwrap().unwrap().value.clone();
-    let (_, truth) = barnard::properties::Form::of(&said).unwrap();
+    let luminosity = barnard::properties::places::get(&scene, "star.0.luminosity").unwrap().unwrap().value.clone();
+    let (_, truth) = barnard::properties::Form::of(&luminosity).unwrap();
     assert!((number("value") - truth[0]).abs() < 5.0 * number("sigma") && number("sigma") > 0.0, "{parameter} {truth:?}");
     assert!(found["converged"] == true && found["covariance"][1][1].as_f64().unwrap() > 0.0);
     run(&["render", "found.toml", "-o", "found.npy"]);

@@ -37,28 +37,28 @@ fn start(desk: &Desk, rest: &[&str]) -> Child {
 }
 
 /// What a run says of each frame: number and status.
-fn told(child: Child) -> Vec<(i64, String)> {
+fn statuses(child: Child) -> Vec<(i64, String)> {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let line = |line: &str| {
-        let own: serde_json::Value = serde_json::from_str(line).unwrap();
-        (own["frame"].as_i64().unwrap(), own["status"].as_str().unwrap().to_owned())
+        let report: serde_json::Value = serde_json::from_str(line).unwrap();
+        (report["frame"].as_i64().unwrap(), report["status"].as_str().unwrap().to_owned())
     };
     String::from_utf8(output.stdout).unwrap().lines().map(line).collect()
 }
 
 fn frames(desk: &Desk) -> Vec<(String, Vec<u8>)> {
-    let own =
+    let label =
         |path: std::path::PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap_or_default());
     // The record of the scene is the same in each folder.
-    listing(&desk.path("out")).into_iter().map(own).filter(|(name, _)| !name.ends_with(".scene")).collect()
+    listing(&desk.path("out")).into_iter().map(label).filter(|(name, _)| !name.ends_with(".scene")).collect()
 }
 
 /// Frames of another scene, or of other settings, are neither resumed nor mixed with new ones.
 #[test]
 fn frames_of_two_scenes_are_not_mixed() {
     let desk = desk();
-    told(start(&desk, &["--frames", "1-2"]));
+    statuses(start(&desk, &["--frames", "1-2"]));
     let old = frames(&desk);
     let darker = "star[0].luminosity=1 Lsun";
     for other in [["--frames", "1-3", "--set", darker], ["--frames", "3", "--set", darker], ["--frames", "1-3", "--size", "9x9"]] {
@@ -69,8 +69,8 @@ fn frames_of_two_scenes_are_not_mixed() {
     assert!(frames(&desk) == old);
     // One old frame would stay.
     assert!(!start(&desk, &["--frames", "1", "--overwrite", "--set", darker]).wait_with_output().unwrap().status.success());
-    told(start(&desk, &["--frames", "1-2", "--overwrite", "--set", darker]));
-    told(start(&desk, &["--frames", "1-3", "--set", darker]));
+    statuses(start(&desk, &["--frames", "1-2", "--overwrite", "--set", darker]));
+    statuses(start(&desk, &["--frames", "1-3", "--set", darker]));
     assert!(frames(&desk).len() == 3 && frames(&desk)[..2].iter().zip(&old).all(|(new, old)| new.1 != old.1));
 }
 
@@ -78,17 +78,17 @@ fn frames_of_two_scenes_are_not_mixed() {
 #[test]
 fn frames_are_the_same_in_whatever_order() {
     let whole = desk();
-    let all = told(start(&whole, &["--frames", "all"]));
+    let all = statuses(start(&whole, &["--frames", "all"]));
     assert_eq!(all.iter().map(|(number, _)| *number).collect::<Vec<_>>(), (1..=11).collect::<Vec<_>>());
     assert!(all.iter().all(|(_, status)| status == "rendered"));
     let written = frames(&whole);
     assert_eq!((written.len(), written[0].0.as_str(), written[10].0.as_str()), (11, "f_0001.npy", "f_0011.npy"));
-    assert!(told(start(&whole, &["--frames", "all"])).iter().all(|(_, status)| status == "exists"));
-    assert!(told(start(&whole, &["--frames", "3", "--overwrite"])) == [(3, "rendered".to_owned())]);
+    assert!(statuses(start(&whole, &["--frames", "all"])).iter().all(|(_, status)| status == "exists"));
+    assert!(statuses(start(&whole, &["--frames", "3", "--overwrite"])) == [(3, "rendered".to_owned())]);
     let parts = desk();
-    assert_eq!(told(start(&parts, &["--frames", "1-11", "--shard", "2/3"])).len(), 4);
-    told(start(&parts, &["--frames", "7,1-3"]));
-    told(start(&parts, &["--frames", "all"]));
+    assert_eq!(statuses(start(&parts, &["--frames", "1-11", "--shard", "2/3"])).len(), 4);
+    statuses(start(&parts, &["--frames", "7,1-3"]));
+    statuses(start(&parts, &["--frames", "all"]));
     assert!(written == frames(&parts) && written == frames(&whole));
     assert!(written.windows(2).all(|pair| pair[0].1 != pair[1].1), "the camera moves");
 }
@@ -98,7 +98,7 @@ fn frames_are_the_same_in_whatever_order() {
 #[test]
 fn killed_runs_are_resumed() {
     let (whole, killed) = (desk(), desk());
-    told(start(&whole, &["--frames", "all"]));
+    statuses(start(&whole, &["--frames", "all"]));
     let expected = frames(&whole);
     for round in 0..12u64 {
         let mut child = start(&killed, &["--frames", "all"]);
@@ -107,11 +107,11 @@ fn killed_runs_are_resumed() {
         child.kill().unwrap();
         child.wait().unwrap();
         let visible = frames(&killed).into_iter().filter(|(name, _)| !name.starts_with('.'));
-        for own in visible {
-            assert!(expected.contains(&own), "{} is not whole", own.0);
+        for label in visible {
+            assert!(expected.contains(&label), "{} is not whole", label.0);
         }
     }
-    told(start(&killed, &["--frames", "all"]));
+    statuses(start(&killed, &["--frames", "all"]));
     let names = |all: &[(String, Vec<u8>)]| all.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&frames(&killed)), names(&expected));
     assert!(frames(&killed) == expected);
@@ -122,8 +122,8 @@ fn killed_runs_are_resumed() {
 fn runs_share_their_frames() {
     let desk = desk();
     let (a, b) = (start(&desk, &["--frames", "all"]), start(&desk, &["--frames", "all"]));
-    let all = [told(a), told(b)].concat();
-    let rendered = |number: i64| all.iter().filter(|(own, status)| *own == number && status == "rendered").count();
+    let all = [statuses(a), statuses(b)].concat();
+    let rendered = |number: i64| all.iter().filter(|(rendered_number, status)| *rendered_number == number && status == "rendered").count();
     assert!((1..=11).all(|number| rendered(number) == 1), "{all:?}");
     assert_eq!(frames(&desk).len(), 11);
 }
@@ -166,7 +166,7 @@ fn eyes_have_files_of_their_own() {
     let desk = desk();
     let flight = std::fs::read_to_string(desk.path("flight.toml")).unwrap();
     desk.write("flight.toml", format!("{flight}[camera.stereo]\neye_distance = \"0.4 pc\"\n").as_bytes());
-    told(start(&desk, &["-o", "out/%V_%03d.npy", "--frames", "4"]));
+    statuses(start(&desk, &["-o", "out/%V_%03d.npy", "--frames", "4"]));
     let read = |name: &str| barnard_files::formats::read_image(&desk.path("out").join(name), 1 << 30).unwrap();
     let (both, left, right) = (read("f_0004.npy"), read("left_004.npy"), read("right_004.npy"));
     assert_eq!((both.width, both.height, left.width, left.height), (16, 24, 16, 12));
@@ -184,8 +184,9 @@ fn eyes_have_files_of_their_own() {
 #[ignore = "long"]
 fn files_do_not_depend_on_frames_before() {
     let desk = desk();
-    let write =
-        |rest: &[&str]| drop(told(start(&desk, &[&["-o", "out/f_%02d.png", "--bounces", "4", "--overwrite", "--frames"], rest].concat())));
+    let write = |rest: &[&str]| {
+        drop(statuses(start(&desk, &[&["-o", "out/f_%02d.png", "--bounces", "4", "--overwrite", "--frames"], rest].concat())))
+    };
     write(&["3,6"]);
     let after = std::fs::read(desk.path("out/f_06.png")).unwrap();
     write(&["6"]);

@@ -42,12 +42,12 @@ fn laws_and_passbands_must_meet() {
     let desk = Desk::new();
     desk.with("\"johnson\"", "\"jwst-miri\"").refuses_scene(&["fitzpatrick99", "valid only from", "jwst-miri"]);
     desk.write("band.csv", b"wavelength_nm,t\n500,0\n600,0\n");
-    let own = r#"[[band]]
+    let band_table = r#"[[band]]
 name = "mine"
 kind = "file"
 file = "band.csv"
 [camera]"#;
-    desk.with("bands = \"johnson\"\n[camera]", own).refuses_scene(&["empty", "band.csv"]);
+    desk.with("bands = \"johnson\"\n[camera]", band_table).refuses_scene(&["empty", "band.csv"]);
     desk.write("band.csv", b"wavelength_nm,t\n500,0.1\n400,x\n");
     desk.refuses_scene(&["line 3", "band.csv"]);
     desk.write("band.csv", b"wavelength_nm,t\n500,0.1\n520,0.9\n600,0.3\n");
@@ -90,12 +90,12 @@ fn names_that_mean_something_else_are_refused() {
 #[test]
 fn filters_are_checked() {
     let desk = Desk::new();
-    let own = r#"[[band]]
+    let band_table = r#"[[band]]
 name = "own"
 kind = "file"
 file = "own.csv"
 [camera]"#;
-    desk.write("scene.toml", scene().replace("bands = \"johnson\"", "").replace("[camera]", own).as_bytes());
+    desk.write("scene.toml", scene().replace("bands = \"johnson\"", "").replace("[camera]", band_table).as_bytes());
     desk.write("own.csv", b"wavelength_nm,throughput\n500,50\n600,80\n");
     desk.refuses_scene(&["own.csv", "percent"]);
     desk.write("own.csv", b"frequency_Hz,throughput\n500,0.5\n600,0.8\n");

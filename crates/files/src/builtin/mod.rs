@@ -158,7 +158,7 @@ mod tests {
             ("volumes/turbulent_cloud_128.npz", "n_H", 150.00005383836105, [14.8203125, 12.984375, 11.125]),
         ];
         for (file, name, mean, three) in expected {
-            let bytes = FILES.iter().find(|(own, _)| *own == file).unwrap().1();
+            let bytes = FILES.iter().find(|(known, _)| *known == file).unwrap().1();
             let mut request = Request::new(Cursor::new(bytes), Path::new(file), Some(name), 1 << 26).unwrap();
             let (shape, values) = doubles(&mut request).unwrap();
             assert_eq!(shape, [128; 3]);

@@ -39,7 +39,7 @@ pub fn units(text: &str) -> Vec<(String, String)> {
             None => entries.push(pairs),
         }
     }
-    let value = |entry: &[(String, String)], key: &str| entry.iter().find(|(own, _)| own == key).map(|(_, value)| value.clone());
+    let value = |entry: &[(String, String)], key: &str| entry.iter().find(|(known, _)| known == key).map(|(_, value)| value.clone());
     entries.iter().filter_map(|entry| Some((value(entry, "name")?, value(entry, "unit")?))).collect()
 }
 

@@ -44,7 +44,7 @@ mod tests {
         let (bytes, words) = (bytes(&image, &display), words(&image, &display));
         assert_eq!((&bytes[3 * width..], bytes.len()), (&[0, 0, 0, 255, 255, 255][..], 3 * (width + 2)));
         assert_eq!(bytes, super::bytes(&image, &display));
-        let mean = |from: usize, of: &dyn Fn(usize) -> f64| (from..from + 300).map(of).sum::<f64>() / 300.0;
+        let mean = |from: usize, quantity: &dyn Fn(usize) -> f64| (from..from + 300).map(quantity).sum::<f64>() / 300.0;
         for from in (0..2700).step_by(100) {
             let truth = mean(from, &|i| 255.0 * srgb(i));
             let dithered = mean(from, &|i| (0..3).map(|c| f64::from(bytes[3 * i + c])).sum::<f64>() / 3.0);

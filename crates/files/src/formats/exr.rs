@@ -277,12 +277,12 @@ fn decode(request: &mut Request) -> Result<image::Image> {
     };
     let position = |name: &str| order.lines().position(|n| n == name).unwrap_or(usize::MAX);
     let named = |c: &AnyChannel<FlatSamples>| c.name.to_string();
-    let own = |c: &AnyChannel<FlatSamples>| named(c).strip_prefix(LAYER).map_or_else(|| named(c), str::to_owned);
+    let label = |c: &AnyChannel<FlatSamples>| named(c).strip_prefix(LAYER).map_or_else(|| named(c), str::to_owned);
     // Where there are radiances, what a display shows is none.
     let has_layer = layer.channel_data.list.iter().any(|c| named(c).starts_with(LAYER));
     let mut channels: Vec<_> = layer.channel_data.list.iter().filter(|c| !has_layer || named(c).starts_with(LAYER)).collect();
-    channels.sort_by_key(|c| position(&own(c)));
-    let names = channels.iter().map(|c| own(c)).collect();
+    channels.sort_by_key(|c| position(&label(c)));
+    let names = channels.iter().map(|c| label(c)).collect();
     let samples: Vec<f32> = channels.iter().flat_map(|c| c.sample_data.values_as_f32()).collect();
     if !order.is_empty() {
         // A part of one of our pictures stays a part, as in every other format.

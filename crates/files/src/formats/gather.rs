@@ -45,7 +45,7 @@ pub struct Gather<T> {
     shape: [usize; 3],
     every: usize,
     clip: bool,
-    kept: Store<T>,
+    store: Store<T>,
 }
 
 enum Store<T> {
@@ -75,7 +75,7 @@ impl<T: Kept> Gather<T> {
         });
         let blocks = match blocks.transpose()? {
             Some(blocks) if part.every == 1 => {
-                return Ok(Self { ranges, shape, every: 1, clip: part.clip, kept: Store::Blocks(blocks) });
+                return Ok(Self { ranges, shape, every: 1, clip: part.clip, store: Store::Blocks(blocks) });
             }
             blocks => blocks,
         };
@@ -84,8 +84,8 @@ impl<T: Kept> Gather<T> {
         let size = if part.every > 1 { 8 } else { 4 };
         memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(size as u64), limit)?;
         let cells = cells as usize;
-        let kept = if part.every > 1 { Store::Sums(vec![0.0; cells], blocks) } else { Store::Elements(vec![T::of(0.0); cells]) };
-        Ok(Self { ranges, shape, every: part.every, clip: part.clip, kept })
+        let store = if part.every > 1 { Store::Sums(vec![0.0; cells], blocks) } else { Store::Elements(vec![T::of(0.0); cells]) };
+        Ok(Self { ranges, shape, every: part.every, clip: part.clip, store })
     }
 
     /// Takes elements along the fastest axis from one on, all of them within the range.
@@ -94,8 +94,8 @@ impl<T: Kept> Gather<T> {
         let start = (i * self.shape[1] + j) * self.shape[2];
         let (first, every, clip) = (first - self.ranges[2].start, self.every, self.clip);
         let elements = elements.map(|v| clipped(v, clip));
-        match &mut self.kept {
-            Store::Elements(kept) => kept[start + first..].iter_mut().zip(elements).for_each(|(kept, v)| *kept = v),
+        match &mut self.store {
+            Store::Elements(stored) => stored[start + first..].iter_mut().zip(elements).for_each(|(element, v)| *element = v),
             Store::Sums(sums, _) => elements.zip(first..).for_each(|(v, i)| sums[start + i / every] += v.number()),
             Store::Blocks(blocks) => blocks.run(2, [i, j, first], elements.map(Kept::number)),
         }
@@ -108,8 +108,8 @@ impl<T: Kept> Gather<T> {
         for (i, by_slow) in slow {
             for (j, by_middle) in middle.clone() {
                 let row = (i * self.shape[1] + j) * self.shape[2];
-                match &mut self.kept {
-                    Store::Elements(kept) => fast.clone().for_each(|(k, _)| kept[row + k] = value),
+                match &mut self.store {
+                    Store::Elements(elements) => fast.clone().for_each(|(k, _)| elements[row + k] = value),
                     Store::Sums(sums, _) => {
                         fast.clone().for_each(|(k, by_fast)| sums[row + k] += value.number() * (by_slow * by_middle * by_fast) as f64)
                     }
@@ -129,8 +129,8 @@ impl<T: Kept> Gather<T> {
 
     /// The cells along an axis that some elements belong to, with how many to each.
     fn shares(&self, axis: usize, elements: &Range<i64>) -> impl Iterator<Item = (usize, usize)> + Clone + use<T> {
-        let own = &self.ranges[axis];
-        let within = |at: i64| at.clamp(own.start as i64, own.end as i64) as usize - own.start;
+        let range = &self.ranges[axis];
+        let within = |at: i64| at.clamp(range.start as i64, range.end as i64) as usize - range.start;
         let (first, end, every) = (within(elements.start), within(elements.end), self.every);
         (first / every..end.div_ceil(every))
             .map(move |cell| (cell, ((cell + 1) * every).min(end).saturating_sub((cell * every).max(first))))
@@ -184,8 +184,8 @@ impl<T: Kept> Gather<T> {
             if fetched.is_empty() {
                 return Ok(());
             }
-            let of = |(stored, block): (Result<B, E>, Block)| (stored.and_then(|stored| unpack(&block, stored)), block);
-            let unpacked: Vec<_> = fetched.into_par_iter().map(of).collect();
+            let unpacked_block = |(stored, block): (Result<B, E>, Block)| (stored.and_then(|stored| unpack(&block, stored)), block);
+            let unpacked: Vec<_> = fetched.into_par_iter().map(unpacked_block).collect();
             for (elements, block) in unpacked {
                 for ([i, j], line) in lines(&block).zip(elements?.chunks(block[2].len())) {
                     self.run([i, j, block[2].start], line.iter().copied());
@@ -201,8 +201,8 @@ impl<T: Kept> Gather<T> {
     pub fn finish(self) -> Result<Numbers, Error> {
         let share = (self.every as f64).powi(-3);
         let [_, middle, fast] = self.shape;
-        Ok(match self.kept {
-            Store::Elements(kept) => T::numbers(kept),
+        Ok(match self.store {
+            Store::Elements(elements) => T::numbers(elements),
             Store::Sums(sums, None) => T::numbers(sums.iter().map(|sum| T::of(sum * share)).collect()),
             Store::Sums(sums, Some(mut blocks)) => {
                 for (row, sums) in sums.chunks(fast).enumerate() {
@@ -226,7 +226,7 @@ fn clipped<T: Kept>(value: T, clip: bool) -> T {
 /// # Errors
 /// If it takes more.
 pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers, Error> {
-    fn of<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Result<Numbers, Error> {
+    fn gathered<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Result<Numbers, Error> {
         let fast = gather.ranges[2].clone();
         for [i, j] in lines(&gather.ranges) {
             let line = &all[(i * shape[1] + j) * shape[2]..];
@@ -237,8 +237,8 @@ pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part,
     let [a, b, c] = shape;
     let stored = if fortran { [c, b, a] } else { shape };
     match numbers {
-        Numbers::Single(all) => of(all, stored, Gather::new(part, fortran, label, limit)?),
-        Numbers::Double(all) => of(all, stored, Gather::new(part, fortran, label, limit)?),
+        Numbers::Single(all) => gathered(all, stored, Gather::new(part, fortran, label, limit)?),
+        Numbers::Double(all) => gathered(all, stored, Gather::new(part, fortran, label, limit)?),
         Numbers::Blocks(_) => Err(Error::file(label, "blocks are cut when they are made")),
     }
 }

@@ -12,7 +12,7 @@ const MAGIC: [u8; 2] = [0x1f, 0x8b];
 /// Makes a request for a packed file one for what it holds; others stay as they are. All of it is unpacked once, for its
 /// length and its checksum, and none of it is kept.
 pub fn unpacked(request: &mut Request) -> Result<()> {
-    if request.bytes(0, MAGIC.len())?.is_none_or(|own| own != MAGIC) {
+    if request.bytes(0, MAGIC.len())?.is_none_or(|found| found != MAGIC) {
         return Ok(());
     }
     let failed = |e: io::Error| Error::file(request.path, format!("is not a readable gzip file: {e}"));

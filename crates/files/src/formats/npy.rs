@@ -85,8 +85,8 @@ const DEEPEST_HEADER: usize = 6;
 /// it in version 1, four later.
 fn placed(bytes: &[u8]) -> (usize, usize) {
     let little_endian = |range: Range<usize>| {
-        let own = bytes.get(range).unwrap_or(&[]);
-        own.iter().rev().fold(0usize, |n, byte| n << 8 | usize::from(*byte))
+        let stored = bytes.get(range).unwrap_or(&[]);
+        stored.iter().rev().fold(0usize, |n, byte| n << 8 | usize::from(*byte))
     };
     if bytes.get(6) == Some(&1) { (10, little_endian(8..10)) } else { (12, little_endian(8..12)) }
 }
@@ -302,16 +302,16 @@ mod tests {
     /// Numbers are kept in single precision where that holds them all, whatever type they have in the file.
     #[test]
     fn numbers_keep_their_precision() {
-        let of = |kind: &str, value: &[u8]| {
+        let parsed = |kind: &str, value: &[u8]| {
             let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (1, 1, 1), }}\n");
             read(&[with_header(&header), value.to_vec()].concat()).unwrap().data
         };
         let largest = i32::MAX - 1;
-        assert_eq!(of("<f2", &[0x00, 0x3e]), Numbers::Single(vec![1.5].into()));
-        assert_eq!(of("<f4", &0.1f32.to_le_bytes()), Numbers::Single(vec![0.1].into()));
-        assert_eq!(of(">i2", &(-300i16).to_be_bytes()), Numbers::Single(vec![-300.0].into()));
-        assert_eq!(of("<i4", &largest.to_le_bytes()), Numbers::Double(vec![f64::from(largest)].into()));
-        assert_eq!(of("<f8", &0.1f64.to_le_bytes()), Numbers::Double(vec![0.1].into()));
+        assert_eq!(parsed("<f2", &[0x00, 0x3e]), Numbers::Single(vec![1.5].into()));
+        assert_eq!(parsed("<f4", &0.1f32.to_le_bytes()), Numbers::Single(vec![0.1].into()));
+        assert_eq!(parsed(">i2", &(-300i16).to_be_bytes()), Numbers::Single(vec![-300.0].into()));
+        assert_eq!(parsed("<i4", &largest.to_le_bytes()), Numbers::Double(vec![f64::from(largest)].into()));
+        assert_eq!(parsed("<f8", &0.1f64.to_le_bytes()), Numbers::Double(vec![0.1].into()));
     }
 
     /// Headers that a parser would work at for ever are refused; NumPy's own are read.

@@ -22,13 +22,13 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
     let (path, memory_limit) = (request.path, request.memory_limit);
     let mut archive = opened(request)?;
     let names = names(&archive);
-    let of = |name: String| {
+    let member = |name: String| {
         let entry = entry(&mut archive, &name, path)?;
         let asked = Asked { path, memory_limit, length: entry.size() };
         let open = Stream { asked, reader: Box::new(entry) }.open()?;
         Ok(npy::member(name, &open))
     };
-    names.into_iter().map(of).collect()
+    names.into_iter().map(member).collect()
 }
 
 /// An archive in the bytes of a request.

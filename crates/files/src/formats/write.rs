@@ -104,8 +104,8 @@ fn sweep(folder: &Path, start: &str) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         // Whether a process of another machine is gone, nobody here knows.
-        let own = name.strip_prefix(start).and_then(|rest| rest.strip_prefix(host())?.strip_prefix('-'));
-        let process: Option<u32> = own.and_then(|rest| rest.split('-').next()?.parse().ok());
+        let writer = name.strip_prefix(start).and_then(|rest| rest.strip_prefix(host())?.strip_prefix('-'));
+        let process: Option<u32> = writer.and_then(|rest| rest.split('-').next()?.parse().ok());
         if process.is_some_and(is_gone) {
             let _ = std::fs::remove_file(entry.path());
         }
@@ -192,8 +192,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
         // Numbers of processes end below 2^22.
-        let of = |host: &str, process: u32| format!(".out.npy.barnard-{host}-{process}-abc");
-        let (dead, living, elsewhere) = (of(host(), 4_194_399), of(host(), std::process::id()), of("01234567", 4_194_399));
+        let file_name = |host: &str, process: u32| format!(".out.npy.barnard-{host}-{process}-abc");
+        let (dead, living, elsewhere) =
+            (file_name(host(), 4_194_399), file_name(host(), std::process::id()), file_name("01234567", 4_194_399));
         let others = [".other.npy.barnard-4194399-abc", ".out.npy", "out.npy.barnard-4194399", living.as_str(), elsewhere.as_str()];
         for name in others.iter().chain([&dead.as_str()]) {
             std::fs::write(file(name), "x").unwrap();

@@ -32,8 +32,8 @@ const COLUMNS: [&str; 8] = ["time [s]", "x", "y", "z", "orientation_x", "orienta
 pub(super) fn read(request: &Request) -> Result<TextTable> {
     let wrong = |message: String| Error::file(request.path, message);
     // The library takes for granted that a file is longer than its own head.
-    let said = request.bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    if request.bytes.starts_with(b"glTF") && said < 20 {
+    let length = request.bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    if request.bytes.starts_with(b"glTF") && length < 20 {
         return Err(wrong("is not a glTF file: its header is empty".into()));
     }
     let Gltf { document, mut blob } = Gltf::from_slice(request.bytes).map_err(|e| wrong(format!("is not a glTF file: {e}")))?;
@@ -94,9 +94,9 @@ fn animated_camera<'a>(document: &'a Document, targets: &[Vec<usize>]) -> std::r
     };
     let cameras = nodes.iter().enumerate().filter(|(_, node)| node.camera.is_some()).map(|(index, _)| index);
     let ways = cameras.take(MAX_CAMERAS).map(way).collect::<std::result::Result<Vec<_>, String>>()?;
-    let own = ways.into_iter().find(|way| way.iter().any(|node| animated.contains(node)));
-    let own = own.ok_or("has no animated camera")?;
-    Ok(own.into_iter().rev().filter_map(|index| document.nodes().nth(index)).collect())
+    let to_camera = ways.into_iter().find(|way| way.iter().any(|node| animated.contains(node)));
+    let to_camera = to_camera.ok_or("has no animated camera")?;
+    Ok(to_camera.into_iter().rev().filter_map(|index| document.nodes().nth(index)).collect())
 }
 
 /// Values of one property of a node at moments.
@@ -118,26 +118,26 @@ struct Channels {
 
 impl Channels {
     fn of(document: &Document, targets: &[Vec<usize>], way: &[Node], buffers: &mut Buffers) -> Result<Self> {
-        let mut own = Self { places: HashMap::new(), turns: HashMap::new(), keys: Vec::new() };
+        let mut reader = Self { places: HashMap::new(), turns: HashMap::new(), keys: Vec::new() };
         let channels =
             document.animations().zip(targets).flat_map(|(animation, nodes)| animation.channels().zip(nodes).collect::<Vec<_>>());
         let above: HashSet<usize> = way.iter().map(Node::index).collect();
         for (channel, &node) in channels.filter(|(_, node)| above.contains(node)) {
             let (all, dims) = match channel.target().property() {
-                Property::Translation => (&mut own.places, 3),
-                Property::Rotation => (&mut own.turns, 4),
+                Property::Translation => (&mut reader.places, 3),
+                Property::Rotation => (&mut reader.turns, 4),
                 Property::Scale | Property::MorphTargetWeights => continue,
             };
             // Where several animations move a node, the first one does.
             if let Entry::Vacant(free) = all.entry(node) {
                 let keys = free.insert(Keys::of(&channel.sampler(), dims, buffers)?);
-                own.keys.extend(&keys.times);
+                reader.keys.extend(&keys.times);
             }
         }
-        if own.keys.is_empty() {
+        if reader.keys.is_empty() {
             return Err(Error::file(buffers.request.path, "animates only the scale of its camera"));
         }
-        Ok(own)
+        Ok(reader)
     }
 
     /// The first and the last moment of keys.
@@ -228,7 +228,7 @@ const MAX_BYTES: usize = 1 << 30;
 impl Buffers<'_> {
     fn of(&mut self, buffer: &gltf::Buffer) -> Result<&[u8]> {
         let wrong = |message: String| Error::file(self.request.path, message);
-        let own = match self.read.entry(buffer.index()) {
+        let bytes_of_buffer = match self.read.entry(buffer.index()) {
             Entry::Occupied(known) => return Ok(known.into_mut()),
             Entry::Vacant(free) => free,
         };
@@ -246,7 +246,7 @@ impl Buffers<'_> {
         if self.bytes > MAX_BYTES {
             return Err(wrong(format!("has buffers of more than {} MiB; export only the camera", MAX_BYTES >> 20)));
         }
-        Ok(own.insert(bytes))
+        Ok(bytes_of_buffer.insert(bytes))
     }
 }
 
@@ -267,9 +267,9 @@ fn floats(accessor: &Accessor, dims: usize, buffer: &[u8]) -> std::result::Resul
     }
     let value = |i: usize| {
         let start = i.checked_mul(stride).and_then(|at| at.checked_add(accessor.offset()));
-        let own = start.and_then(|start| bytes.get(start..start.checked_add(dims * BYTES)?)).ok_or_else(outside)?;
+        let values = start.and_then(|start| bytes.get(start..start.checked_add(dims * BYTES)?)).ok_or_else(outside)?;
         let number = |word: &[u8]| f64::from(f32::from_le_bytes([word[0], word[1], word[2], word[3]]));
-        let numbers: Vec<f64> = own.chunks_exact(BYTES).map(number).collect();
+        let numbers: Vec<f64> = values.chunks_exact(BYTES).map(number).collect();
         if numbers.iter().all(|v| v.is_finite()) { Ok(numbers) } else { Err("has values that are not finite".to_owned()) }
     };
     let mut all = Vec::new();

@@ -36,10 +36,10 @@ fn read(request: &Request) -> Result<TextTable> {
     for (line, text) in (1..).zip(text.lines()) {
         let text = text.trim();
         if let Some(comment) = text.strip_prefix('#') {
-            let said = comment.trim().strip_prefix("fps").map(|rest| rest.trim().trim_start_matches(['=', ':']).trim());
-            if let Some(said) = said {
-                let number = said.parse::<f64>().ok().filter(|rate| *rate > 0.0 && rate.is_finite());
-                rate = number.ok_or_else(|| wrong(line, format!("\"{said}\" is not a number of frames per second")))?;
+            let stated_rate = comment.trim().strip_prefix("fps").map(|rest| rest.trim().trim_start_matches(['=', ':']).trim());
+            if let Some(stated_rate) = stated_rate {
+                let number = stated_rate.parse::<f64>().ok().filter(|rate| *rate > 0.0 && rate.is_finite());
+                rate = number.ok_or_else(|| wrong(line, format!("\"{stated_rate}\" is not a number of frames per second")))?;
             }
             continue;
         }

@@ -10,6 +10,8 @@
 //! Where the model knows the noise of what it predicts, σ is that of the model and not that of the data, which are fainter where noise was
 //! low: weights are renewed until parameters stay (iteratively reweighted least squares), so that means are not too low.
 
+mod fitted;
+mod linearity;
 mod normal;
 mod search;
 
@@ -17,6 +19,7 @@ use barnard::control::Control;
 use barnard::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
+pub use self::fitted::Fitted;
 use self::normal::{inverse, solved};
 use crate::Parameter;
 
@@ -62,68 +65,6 @@ pub struct Measured {
     pub sigma: Vec<f64>,
 }
 
-/// Result.
-#[derive(Debug, Clone)]
-pub struct Fitted {
-    /// The value of each parameter.
-    pub values: Vec<f64>,
-    /// Their covariance.
-    pub covariance: DMatrix<f64>,
-    /// By how much each may be wrong since the model is, at most.
-    pub floor: Vec<f64>,
-    /// True if the model is linear in each, together with the others that it is linear in.
-    pub linear: Vec<bool>,
-    /// Σ r² of the data, and their number.
-    pub chi2: (f64, usize),
-    /// Predictions at the values.
-    pub prediction: Prediction,
-    /// Standard errors by which data were weighed.
-    pub sigma: Vec<f64>,
-    /// Number of model evaluations.
-    pub evaluations: usize,
-    /// True if steps became small.
-    pub converged: bool,
-    /// The parameters that these data cannot tell apart.
-    pub degenerate: Vec<usize>,
-    /// The parameters that ended at a bound.
-    pub bounded: Vec<usize>,
-}
-
-impl Fitted {
-    /// The standard error of a parameter.
-    pub fn sigma_of(&self, parameter: usize) -> f64 {
-        self.covariance[(parameter, parameter)].max(0.0).sqrt()
-    }
-
-    /// χ² for each degree of freedom; one where there are none.
-    pub fn reduced_chi2(&self) -> f64 {
-        match self.chi2.1.saturating_sub(self.values.len()) {
-            0 => 1.0,
-            freedom => self.chi2.0 / freedom as f64,
-        }
-    }
-
-    /// A warning where χ² is far from the number of degrees of freedom: the model or the errors are wrong.
-    pub fn chi2_warning(&self) -> Option<String> {
-        let reduced = self.reduced_chi2();
-        let why = if reduced > FAR {
-            "far above 1: the model does not describe the data (position, scale, missing light), or their errors are too small; the standard errors are invalid"
-        } else if reduced < 1.0 / FAR {
-            "far below 1: errors of the data are too large, or neighbouring pixels are correlated"
-        } else {
-            return None;
-        };
-        Some(format!("chi2 per degree of freedom is {reduced:.3}, {why}"))
-    }
-
-    /// How two parameters go together, from −1 to 1.
-    pub fn correlation(&self, a: usize, b: usize) -> f64 {
-        self.covariance[(a, b)] / (self.sigma_of(a) * self.sigma_of(b))
-    }
-}
-
-/// From where on χ² of a degree of freedom is far from one, in either direction.
-const FAR: f64 = 3.0;
 /// The step by which linearity is tried, and the change of a change that is none.
 const TRIED: f64 = 0.05;
 const LINEAR: f64 = 2e-3;
@@ -185,7 +126,7 @@ pub fn fit(model: &mut dyn Model, data: &Measured, parameters: &[Parameter], sta
             Err(_) => break,
         }
     }
-    fitting.told(values, converged)
+    fitting.finished(values, converged)
 }
 
 struct Fitting<'a> {
@@ -199,13 +140,6 @@ struct Fitting<'a> {
     linear: Vec<bool>,
     evaluations: usize,
     failure: Option<Error>,
-}
-
-/// The model a step of a parameter aside, and two.
-struct Tried {
-    step: f64,
-    one: Vec<f64>,
-    two: Vec<f64>,
 }
 
 /// Parameters whose linear ones are the best for the others, and what is left of the data.
@@ -245,7 +179,7 @@ impl Fitting<'_> {
                 Some(sizes) => sizes,
                 None => {
                     let jacobian = self.jacobian(&values)?;
-                    inverse(&(jacobian.transpose() * &jacobian)).0.diagonal().iter().map(|own| own.max(0.0).sqrt()).collect()
+                    inverse(&(jacobian.transpose() * &jacobian)).0.diagonal().iter().map(|variance| variance.max(0.0).sqrt()).collect()
                 }
             };
             let moved = |((a, b), size): ((&f64, &f64), &f64)| (a - b).abs() <= STAYS * size;
@@ -262,11 +196,11 @@ impl Fitting<'_> {
     fn predict(&mut self, values: &[f64]) -> Result<Prediction> {
         self.control.check()?;
         self.evaluations += 1;
-        let own = self.model.predict(values, self.control)?;
-        if own.mean.len() != self.data.values.len() || !own.mean.iter().all(|value| value.is_finite()) {
+        let predicted = self.model.predict(values, self.control)?;
+        if predicted.mean.len() != self.data.values.len() || !predicted.mean.iter().all(|value| value.is_finite()) {
             return Err(Error::mismatch("model of a fit", "one finite number per data point", "other values"));
         }
-        Ok(own)
+        Ok(predicted)
     }
 
     fn mean(&mut self, values: &[f64]) -> Result<Vec<f64>> {
@@ -299,97 +233,18 @@ impl Fitting<'_> {
     /// What is asked a step aside: to the other side where the model cannot be asked there. The step that was taken is given too.
     fn aside<T>(&mut self, step: f64, ask: impl Fn(&mut Self, f64) -> Result<T>) -> Result<(f64, T)> {
         match ask(self, step) {
-            Ok(own) => Ok((step, own)),
+            Ok(predicted) => Ok((step, predicted)),
             Err(Error::Interrupted) => Err(Error::Interrupted),
-            Err(error) => ask(self, -step).map(|own| (-step, own)).map_err(|_| error),
-        }
-    }
-
-    /// The model a step of a parameter aside, and two.
-    fn tried(&mut self, i: usize, values: &[f64], step: f64) -> Result<Tried> {
-        let asked = self.aside(step, |own, step| {
-            let moved =
-                |by: f64| values.iter().enumerate().map(|(j, value)| if i == j { value + by } else { *value }).collect::<Vec<f64>>();
-            Ok((own.mean(&moved(step))?, own.mean(&moved(2.0 * step))?))
-        });
-        asked.map(|(step, (one, two))| Tried { step, one, two })
-    }
-
-    /// Which parameters the model is linear in, all of them together.
-    fn classified(&mut self, values: &[f64], first: &Prediction) -> Result<Vec<bool>> {
-        let count = self.parameters.len();
-        let brightest = largest(&first.mean);
-        let mut linear = vec![false; count];
-        let (mut changes, mut steps): (Vec<Vec<f64>>, Vec<f64>) = (Vec::new(), Vec::new());
-        for i in 0..count {
-            let mut tried = self.tried(i, values, self.step(i, values[i], TRIED))?;
-            let of = |one: &[f64]| one.iter().zip(&first.mean).map(|(a, b)| a - b).collect::<Vec<f64>>();
-            let mut change = of(&tried.one);
-            // What is too small to be seen may be seen where it is more.
-            for more in LARGER {
-                let larger = more * self.step(i, values[i], TRIED);
-                let (low, high) = self.parameters[i].bounds;
-                if largest(&change) > ROUNDED * brightest || !(low..=high).contains(&(values[i] + 2.0 * larger)) {
-                    break;
-                }
-                match self.tried(i, values, larger) {
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
-                    Err(_) => break,
-                    Ok(larger) => tried = larger,
-                }
-                change = of(&tried.one);
-                self.reference[i] = values[i] + tried.step;
-            }
-            steps.push(tried.step);
-            let largest = largest(&change);
-            if largest <= ROUNDED * brightest {
-                let problem = format!("the data do not depend on free parameter {}", self.parameters[i].key);
-                return Err(Error::conflict(problem, "leave it out"));
-            }
-            let bends = tried.two.iter().zip(&first.mean).zip(&change).map(|((two, first), own)| (two - first - 2.0 * own).abs());
-            linear[i] = bends.fold(0.0, f64::max) <= LINEAR * largest + ROUNDED * brightest;
-            changes.push(change);
-            if self.parameters[i].bounds.0 == f64::NEG_INFINITY && !self.can_be_negative(i, values)? {
-                self.parameters[i].bounds.0 = 0.0;
-            }
-        }
-        for i in 0..count {
-            for j in (0..i).filter(|j| linear[*j]).collect::<Vec<_>>() {
-                if !linear[i] {
-                    break;
-                }
-                let mut both = values.to_vec();
-                (both[i], both[j]) = (values[i] + steps[i], values[j] + steps[j]);
-                let both = self.mean(&both)?;
-                let least = largest(&changes[i]).min(largest(&changes[j]));
-                let mixed = both
-                    .iter()
-                    .zip(&first.mean)
-                    .zip(changes[i].iter().zip(&changes[j]))
-                    .map(|((both, first), (a, b))| (both - first - a - b).abs());
-                linear[i] = mixed.fold(0.0, f64::max) <= LINEAR * TRIED * least + ROUNDED * brightest;
-            }
-        }
-        Ok(linear)
-    }
-
-    /// True if the model takes a parameter below zero.
-    fn can_be_negative(&mut self, i: usize, values: &[f64]) -> Result<bool> {
-        let mut below = values.to_vec();
-        below[i] = -self.scale(i, values[i]);
-        match self.predict(&below) {
-            Ok(_) => Ok(true),
-            Err(Error::Interrupted) => Err(Error::Interrupted),
-            Err(_) => Ok(false),
+            Err(error) => ask(self, -step).map(|predicted| (-step, predicted)).map_err(|_| error),
         }
     }
 
     /// Copy of the values in the domain of the model: linear parameters above a bound of zero.
     fn shown(&self, values: &[f64]) -> Vec<f64> {
-        let own = |(i, value): (usize, &f64)| {
+        let share = |(i, value): (usize, &f64)| {
             if self.linear[i] && self.parameters[i].bounds.0 == 0.0 { value.max(LEAST * self.reference[i].abs()) } else { *value }
         };
-        values.iter().enumerate().map(own).collect()
+        values.iter().enumerate().map(share).collect()
     }
 
     fn numbers(&self, linear: bool) -> Vec<usize> {
@@ -438,9 +293,9 @@ impl Fitting<'_> {
         let mut open: Vec<usize> = (0..numbers.len()).collect();
         // Whoever goes beyond a bound is held there, and the others are solved again.
         while !open.is_empty() {
-            let own = basis.select_columns(&open);
+            let open_basis = basis.select_columns(&open);
             open.iter().for_each(|n| shifts[*n] = 0.0);
-            let solved = solved(&(own.transpose() * &own), &(own.transpose() * (&left - &basis * &shifts)));
+            let solved = solved(&(open_basis.transpose() * &open_basis), &(open_basis.transpose() * (&left - &basis * &shifts)));
             open.iter().zip(solved.iter()).for_each(|(n, shift)| shifts[*n] = *shift);
             let before = open.len();
             open.retain(|n| {
@@ -459,7 +314,7 @@ impl Fitting<'_> {
 
     /// −∂r/∂x of some parameters, by whose derivatives of the model: rows of the data, then those of what is known beforehand.
     fn fall(&self, numbers: &[usize], columns: &[Vec<f64>]) -> DMatrix<f64> {
-        let known = |(i, own): (usize, &Parameter)| own.prior.map(|(_, sigma)| (i, sigma));
+        let known = |(i, parameter): (usize, &Parameter)| parameter.prior.map(|(_, sigma)| (i, sigma));
         let priors: Vec<(usize, f64)> = self.parameters.iter().enumerate().filter_map(known).collect();
         let count = self.data.values.len();
         DMatrix::from_fn(count + priors.len(), numbers.len(), |d, n| match d.checked_sub(count) {
@@ -472,7 +327,8 @@ impl Fitting<'_> {
     /// Residuals of data and priors.
     fn residuals(&self, values: &[f64], mean: &[f64]) -> DVector<f64> {
         let of_data = self.data.values.iter().zip(mean).zip(&self.sigma).map(|((y, m), sigma)| (y - m) / sigma);
-        let of_priors = self.parameters.iter().zip(values).filter_map(|(own, value)| own.prior.map(|(mean, sigma)| (value - mean) / sigma));
+        let of_priors =
+            self.parameters.iter().zip(values).filter_map(|(parameter, value)| parameter.prior.map(|(mean, sigma)| (value - mean) / sigma));
         DVector::from_vec(of_data.chain(of_priors).collect())
     }
 
@@ -486,7 +342,7 @@ impl Fitting<'_> {
         for i in self.numbers(false) {
             let (low, high) = self.parameters[i].bounds;
             let step = STEP * self.scale(i, values[i]);
-            let at = |value: f64| values.iter().enumerate().map(|(j, own)| if i == j { value } else { *own }).collect::<Vec<f64>>();
+            let at = |value: f64| values.iter().enumerate().map(|(j, known)| if i == j { value } else { *known }).collect::<Vec<f64>>();
             // Where the model ends, so does the difference.
             let mut end = |value: f64| match self.at(&at(value)) {
                 Ok(mean) => Ok((value, mean)),
@@ -501,7 +357,7 @@ impl Fitting<'_> {
     }
 
     /// Report of the fitted values.
-    fn told(mut self, values: Vec<f64>, converged: bool) -> Result<Fitted> {
+    fn finished(mut self, values: Vec<f64>, converged: bool) -> Result<Fitted> {
         let prediction = Prediction { mean: self.at(&values)?, sigma: None };
         let jacobian = self.jacobian(&values)?;
         let (mut covariance, degenerate) = inverse(&(jacobian.transpose() * &jacobian));

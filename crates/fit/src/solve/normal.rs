@@ -14,7 +14,7 @@ pub(super) fn solved(normal: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64
 
 /// The inverse of a matrix JᵀJ, and the parameters that J does not tell apart.
 pub(super) fn inverse(normal: &DMatrix<f64>) -> (DMatrix<f64>, Vec<usize>) {
-    let scales = normal.diagonal().map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 });
+    let scales = normal.diagonal().map(|diagonal| if diagonal > 0.0 { 1.0 / diagonal.sqrt() } else { 0.0 });
     let scaled = |matrix: &DMatrix<f64>| DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scales[i] * scales[j]);
     let (inverse, weak) = pseudo_inverse(scaled(normal));
     (scaled(&inverse), weak)

@@ -103,11 +103,11 @@ impl Fitting<'_> {
     /// ∂r/∂x of a parameter that is not linear, x as the search has it, the linear ones following as well as they can: without what they can
     /// take up, the others being as they are (Kaufman 1975, BIT 15, 49).
     fn slope(&mut self, (i, way): (usize, Way), at: f64, now: &Projected) -> Result<DVector<f64>> {
-        let (step, residuals) = self.aside(way.step(at, self.scale(i, now.values[i])), |own, step| {
+        let (step, residuals) = self.aside(way.step(at, self.scale(i, now.values[i])), |search, step| {
             let mut other = now.values.clone();
             other[i] = way.outer(at + step);
-            let mean = own.at(&other)?;
-            Ok(own.residuals(&other, &mean))
+            let mean = search.at(&other)?;
+            Ok(search.residuals(&other, &mean))
         })?;
         let change = (residuals - &now.residuals) / step;
         let taken = solved(&(now.basis.transpose() * &now.basis), &(now.basis.transpose() * &change));
@@ -172,8 +172,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_> {
         let now = self.now.as_ref()?;
         let mut fitting = self.fitting.borrow_mut();
         let mut jacobian = DMatrix::zeros(now.residuals.len(), self.ways.len());
-        for (column, own) in self.ways.iter().enumerate() {
-            match fitting.slope(*own, self.at[column], now) {
+        for (column, way_column) in self.ways.iter().enumerate() {
+            match fitting.slope(*way_column, self.at[column], now) {
                 Ok(slope) => jacobian.set_column(column, &slope),
                 Err(error) => {
                     fitting.failure.get_or_insert(error);

@@ -9,7 +9,7 @@ use crate::error::{GpuError, Result};
 
 pub(super) const ENTRY: FormEntry = FormEntry {
     name: "analytic",
-    of: |form| matches!(form, Form::Analytic(_)),
+    is_form: |form| matches!(form, Form::Analytic(_)),
     wgsl: include_str!("../shaders/forms/analytic.wgsl"),
     bounded: false,
     is_short: false,

@@ -9,7 +9,7 @@ use crate::error::Result;
 
 pub(super) const ENTRY: FormEntry = FormEntry {
     name: "lookup",
-    of: |form| matches!(form, Form::Lookup(_)),
+    is_form: |form| matches!(form, Form::Lookup(_)),
     wgsl: include_str!("../shaders/forms/lookup.wgsl"),
     bounded: false,
     is_short: false,

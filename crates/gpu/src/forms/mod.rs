@@ -21,7 +21,7 @@ pub struct FormEntry {
     /// The name of the form.
     pub name: &'static str,
     /// True if a rule's form is this one.
-    pub of: fn(&Form) -> bool,
+    pub is_form: fn(&Form) -> bool,
     /// The text of the functions `accumulate` and `left`.
     pub wgsl: &'static str,
     /// Heads of tables for each light.
@@ -76,7 +76,7 @@ pub const FORMS: &[&FormEntry] =
 /// If no shader has it.
 pub fn form(plan: &Plan) -> Result<&'static FormEntry> {
     let Some(band) = plan.spectral().bands.first() else { return Ok(FORMS[0]) };
-    let known = FORMS.iter().find(|f| (f.of)(&band.rule.form));
+    let known = FORMS.iter().find(|f| (f.is_form)(&band.rule.form));
     known.copied().ok_or_else(|| GpuError::Method(plan.spectral().method.into()))
 }
 

@@ -16,7 +16,7 @@ pub fn cumulants(k: f32) -> [f32; 3] {
 
 pub(super) const ENTRY: FormEntry = FormEntry {
     name: "nodes",
-    of: |form| matches!(form, Form::Nodes(_)),
+    is_form: |form| matches!(form, Form::Nodes(_)),
     wgsl: include_str!("../shaders/forms/nodes.wgsl"),
     bounded: true,
     is_short: true,
@@ -34,8 +34,8 @@ mod tests {
     fn cumulants_make_the_mean() {
         let error = |k: f64, y: f64| {
             let ([first, second, fourth], half, middle) = (cumulants(k as f32).map(f64::from), y / k, 1.0);
-            let own = (first * middle + second * half.powi(2) + fourth * half.powi(4)).exp2();
-            (own / ((-k * middle).exp() * y.sinh() / y) - 1.0).abs()
+            let term = (first * middle + second * half.powi(2) + fourth * half.powi(4)).exp2();
+            (term / ((-k * middle).exp() * y.sinh() / y) - 1.0).abs()
         };
         let worst = |y: f64| (1..60).map(|i| error(0.05 * f64::from(i), y)).fold(0.0, f64::max);
         assert!(worst(GENTLE) < 1e-6, "{}", worst(GENTLE));

@@ -9,7 +9,7 @@ use crate::tables::room;
 
 pub(super) const ENTRY: FormEntry = FormEntry {
     name: "preintegrated",
-    of: |form| matches!(form, Form::Preintegrated(_)),
+    is_form: |form| matches!(form, Form::Preintegrated(_)),
     wgsl: include_str!("../shaders/forms/preintegrated.wgsl"),
     bounded: false,
     is_short: false,

@@ -9,7 +9,7 @@ use crate::error::Result;
 
 pub(super) const ENTRY: FormEntry = FormEntry {
     name: "projection",
-    of: |form| matches!(form, Form::Projection(_)),
+    is_form: |form| matches!(form, Form::Projection(_)),
     wgsl: include_str!("../shaders/forms/projection.wgsl"),
     bounded: false,
     is_short: false,

@@ -115,7 +115,7 @@ struct Buffers {
     source: wgpu::Buffer,
     order: wgpu::Buffer,
     sum: wgpu::Buffer,
-    kept: wgpu::Buffer,
+    memory: wgpu::Buffer,
     powers: wgpu::Buffer,
     /// The bytes from the numbers of one plane to those of the next.
     apart: usize,
@@ -128,11 +128,11 @@ impl Buffers {
         let Transfer { cells, scattering, glow, .. } = *transfer;
         let moments = Moments::bytes(cells.lattice.cells(), first.count);
         let widest = cells.lattice.dims.map(|n| cells.lattice.cells() / n).into_iter().max().unwrap_or(0);
-        let kept = (2 * widest * beams_of(transfer)) as u64 * PAIRS;
+        let memory = (2 * widest * beams_of(transfer)) as u64 * PAIRS;
         let limits = gpu.device.limits();
         let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let instead = "use the processor";
-        GpuError::too_large("the size of light in cells in bytes", moments.max(kept), room, instead)?;
+        GpuError::too_large("the size of light in cells in bytes", moments.max(memory), room, instead)?;
         GpuError::too_large("the number of cells", cells.lattice.cells() as u64, (MAX_GROUPS * WORKGROUP / WIDTH) as u64, instead)?;
         // Every plane's numbers stand where a device may begin to read.
         let apart = (limits.min_uniform_buffer_offset_alignment as usize).max(size_of::<PlaneNumbers>());
@@ -152,17 +152,17 @@ impl Buffers {
             source: gpu.buffer(moments, Use::STORAGE | Use::COPY_DST),
             order: gpu.filled(bytemuck::cast_slice(&first.data), Use::STORAGE),
             sum: gpu.buffer(moments, Use::STORAGE | Use::COPY_SRC),
-            kept: gpu.buffer(kept, Use::STORAGE),
+            memory: gpu.buffer(memory, Use::STORAGE),
             powers: gpu.buffer(CHUNKS as u64 * PAIRS, Use::STORAGE | Use::COPY_SRC),
             apart,
         };
-        Ok((buffers, 3 * moments + kept))
+        Ok((buffers, 3 * moments + memory))
     }
 
     /// The bind group of an entry, with the numbers of one plane if it reads them.
     fn group(&self, gpu: &Gpu, pipeline: &wgpu::ComputePipeline, used: &[u32], plane: usize) -> wgpu::BindGroup {
-        let Self { terms, planes, sigma, scattering, beams, glow, source, order, sum, kept, powers, apart } = self;
-        let all = [terms, planes, sigma, scattering, beams, glow, source, order, sum, kept, powers];
+        let Self { terms, planes, sigma, scattering, beams, glow, source, order, sum, memory, powers, apart } = self;
+        let all = [terms, planes, sigma, scattering, beams, glow, source, order, sum, memory, powers];
         let bound = |binding: u32| match binding {
             PLANE => {
                 let size = std::num::NonZeroU64::new(size_of::<PlaneNumbers>() as u64);
@@ -295,15 +295,15 @@ impl SweepOnDevice {
             pass.dispatch_workgroups(groups(CHUNKS * WIDTH), 1, 1);
         });
         let found = self.gpu.read(&self.buffers.powers, CHUNKS as u64 * PAIRS, &mut self.back)?;
-        let (mut own, mut sum) = ([0.0; WIDTH], [0.0; WIDTH]);
+        let (mut order, mut sum) = ([0.0; WIDTH], [0.0; WIDTH]);
         for chunk in found.chunks_exact(PAIRS as usize) {
             let powers: [[f32; 2]; WIDTH] = bytemuck::pod_read_unaligned(chunk);
             for (t, [o, s]) in powers.into_iter().enumerate() {
-                own[t] += f64::from(o);
+                order[t] += f64::from(o);
                 sum[t] += f64::from(s);
             }
         }
-        Ok((own, sum))
+        Ok((order, sum))
     }
 
     fn total(self, last: &EightLanes) -> Result<Moments> {

@@ -71,10 +71,10 @@ pub fn planes(cells: &Cells, face: &Face, beams: usize) -> Vec<PlaneNumbers> {
 /// The beams of a face as the shader reads them, and as many of nothing as make up `room`: their heads, then each
 /// harmonic of all of them, and each quadrature weight.
 pub fn beams(cells: &Cells, face: &Face, room: usize, harmonics: usize) -> Vec<f32> {
-    let own: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
-    let of_all = |numbers: &dyn Fn(&Beam) -> f32| own.iter().map(numbers).chain(std::iter::repeat(0.0)).take(room).collect::<Vec<f32>>();
+    let packed: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
+    let of_all = |numbers: &dyn Fn(&Beam) -> f32| packed.iter().map(numbers).chain(std::iter::repeat(0.0)).take(room).collect::<Vec<f32>>();
     let head = |beam: &Beam| beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);
-    let mut beams: Vec<f32> = own.iter().flat_map(head).collect();
+    let mut beams: Vec<f32> = packed.iter().flat_map(head).collect();
     beams.resize(room * HEAD, 0.0);
     (0..harmonics).for_each(|h| beams.extend(of_all(&|beam| beam.harmonics[h])));
     (0..harmonics).for_each(|h| beams.extend(of_all(&|beam| beam.quadrature[h])));

@@ -258,7 +258,7 @@ impl<'a> OnDevice<'a> {
             queue.submit([]);
         }
         let all: Vec<f32> = (0..cells).map(|voxel| light.rates.iter().map(|rates| rates[voxel]).sum()).collect();
-        let others: Vec<f32> = all.iter().zip(&light.rates[0]).map(|(all, own)| (all - own).max(0.0)).collect();
+        let others: Vec<f32> = all.iter().zip(&light.rates[0]).map(|(all, rate)| (all - rate).max(0.0)).collect();
         queue.write_buffer(&self.buffers.all_rates, 0, bytemuck::cast_slice(&all));
         queue.write_buffer(&self.buffers.others, 0, bytemuck::cast_slice(&others));
         for (number, rates) in light.rates.iter().enumerate() {

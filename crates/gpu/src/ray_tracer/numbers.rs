@@ -113,19 +113,19 @@ pub fn spectrum(task: &Task, number: usize) -> Vec<[f32; 4]> {
 
 /// Some voxels as the shader reads them; where nothing is known of them, their density alone.
 pub fn voxel_quads(cloud: &Cloud, voxels: Option<&[Voxel]>, which: Range<usize>) -> Vec<[[f32; 4]; VOXEL]> {
-    let of = |i: usize| {
+    let node = |i: usize| {
         let mut quads = [[0.0; 4]; VOXEL];
         if let Some(voxel) = voxels.map(|voxels| &voxels[i]) {
             quads[..QUADS].as_flattened_mut().copy_from_slice(&voxel.opacity[..4 * QUADS]);
-            let [own @ .., fifth, sixth] = voxel.own;
-            quads[QUADS] = own;
+            let [first_nodes @ .., fifth, sixth] = voxel.emitted;
+            quads[QUADS] = first_nodes;
             quads[QUADS + 1] = [fifth, voxel.dust, voxel.rate, voxel.absorbed];
             quads[QUADS + 2] = [voxel.depth, voxel.ionised, 0.0, sixth];
         }
         quads[QUADS + 2][2] = cloud.hydrogen[i];
         quads
     };
-    which.map(of).collect()
+    which.map(node).collect()
 }
 
 /// The rays of a generation at most: four for each of a voxel's faces on a sphere that is in the cloud, which is less than twice

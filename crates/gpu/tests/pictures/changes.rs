@@ -138,7 +138,7 @@ albedo = 0.6
 fn stars_in_pages_are_not_moved() {
     let gpu = device();
     let lobes = DUST.replace("density = \"ball\"", "density = \"ball * max(0, 4 * x * y - 1)\"");
-    let of = |sparse: &str| {
+    let rendered = |sparse: &str| {
         plan(
             &parsed(&format!(
                 r#"{CAMERA}{lobes}{STAR}[method]
@@ -150,7 +150,7 @@ sparse = "{sparse}"
         )
     };
     let renderer = |plan: &Planned| DeviceMarch::new(&gpu, plan, Tuning::default()).unwrap();
-    let (whole, pages) = (of("never"), of("always"));
+    let (whole, pages) = (rendered("never"), rendered("always"));
     assert!(renderer(&whole).can_move(0) && !renderer(&pages).can_move(0));
     let mut renderer = renderer(&pages);
     let before = renderer.radiance(&Control::default()).unwrap();

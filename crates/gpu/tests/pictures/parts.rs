@@ -306,8 +306,8 @@ radiance = "1e-9 W/m2/sr/um"
 "#;
     let camera = CAMERA.replace("0.3 0.2 4 pc", "-0.4 0.2 0.3 pc");
     let scene = parsed(&format!("{camera}{DUST}{STAR}{background}"));
-    let own = plan(&scene, 24).with_stepping(FINE);
-    let camera = own.camera().clone();
+    let planned = plan(&scene, 24).with_stepping(FINE);
+    let camera = planned.camera().clone();
     let dome = camera.clone().fisheye_deg(200.0, 40.0);
     let part = camera.clone().equirectangular(40).crop(9, 3, 24, 11).unwrap();
     let mut pictures = Vec::new();
@@ -315,7 +315,7 @@ radiance = "1e-9 W/m2/sr/um"
     let others = [camera.clone().equirectangular(40).size(40, 30), camera.clone().cubemap(9).size(9, 70)];
     let usual = [dome.clone().supersampling(2), dome, camera.clone().equirectangular(40), part, camera.cubemap(9)];
     for camera in usual.into_iter().chain(others) {
-        let mut plan = own.clone();
+        let mut plan = planned.clone();
         plan.look_from(camera, &Control::default()).unwrap();
         let (ours, _) = on(&gpu, &plan);
         let (theirs, _) = cpu::radiance(&plan, &Control::default()).unwrap();

@@ -102,11 +102,11 @@ impl LineTable {
     /// The emissivity of a line per electron and ion \[erg cm³ s⁻¹\].
     pub fn emissivity(&self, line: &EmissionLine, at: &Conditions) -> f64 {
         let temperatures = self.inverse.len();
-        let of = |density: usize| {
+        let populations = |density: usize| {
             let [a, b] = at.temperature.map(|t| line.values[density * temperatures + t]);
             (a + at.warmer * (b - a)).exp()
         };
-        let [a, b] = at.density.map(of);
+        let [a, b] = at.density.map(populations);
         at.scale / ((1.0 - at.denser) / a + at.denser / b)
     }
 }

@@ -61,10 +61,10 @@ impl Curve {
     /// The curve through the vectors `values`, key × component, at ascending `times` \[s\].
     pub fn new(times: Vec<f64>, values: Vec<f64>, interpolation: Interpolation) -> Self {
         let dims = values.len() / times.len().max(1);
-        let own = |c: usize| (0..times.len()).map(|key| values[key * dims + c]).collect::<Vec<f64>>();
+        let component = |c: usize| (0..times.len()).map(|key| values[key * dims + c]).collect::<Vec<f64>>();
         let smooth = matches!(interpolation, Interpolation::CatmullRom | Interpolation::Bezier) && times.len() > 1;
         let tangents = smooth.then(|| {
-            let of_component: Vec<Vec<f64>> = (0..dims).map(|c| tangents(&times, &own(c), interpolation)).collect();
+            let of_component: Vec<Vec<f64>> = (0..dims).map(|c| tangents(&times, &component(c), interpolation)).collect();
             (0..times.len()).flat_map(|key| of_component.iter().map(move |m| m[key])).collect()
         });
         Self { times, values, tangents, dims, interpolation }
@@ -77,19 +77,19 @@ impl Curve {
 
     /// The vector at a moment \[s\].
     pub fn at(&self, time: f64) -> Vec<f64> {
-        let own = |key: usize| &self.values[key * self.dims..(key + 1) * self.dims];
+        let values_of = |key: usize| &self.values[key * self.dims..(key + 1) * self.dims];
         // The key before, where there is one.
         let after = self.times.partition_point(|t| *t <= time);
         let last = self.times.len() - 1;
         if after == 0 || after > last {
-            return own(if after == 0 { 0 } else { last }).to_vec();
+            return values_of(if after == 0 { 0 } else { last }).to_vec();
         }
         let (from, to) = (after - 1, after);
         let h = self.times[to] - self.times[from];
         let u = (time - self.times[from]) / h;
         let tangent = |key: usize, c: usize| self.tangents.as_ref().map_or(0.0, |m| h * m[key * self.dims + c]);
         let between = |c: usize| {
-            let (a, b) = (own(from)[c], own(to)[c]);
+            let (a, b) = (values_of(from)[c], values_of(to)[c]);
             match self.interpolation {
                 Interpolation::Step => a,
                 Interpolation::Linear => a + u * (b - a),
@@ -151,9 +151,9 @@ mod tests {
     #[test]
     fn parabolas_are_followed() {
         let times = vec![0.0, 0.7, 2.0, 2.5, 4.0];
-        let of = |interpolation| Curve::new(times.clone(), times.iter().map(|t| t * t).collect(), interpolation).at(1.3)[0];
-        assert!((of(Interpolation::CatmullRom) - 1.69).abs() < 1e-12);
-        assert!((of(Interpolation::Linear) - 1.69).abs() > 0.1);
+        let squares = |interpolation| Curve::new(times.clone(), times.iter().map(|t| t * t).collect(), interpolation).at(1.3)[0];
+        assert!((squares(Interpolation::CatmullRom) - 1.69).abs() < 1e-12);
+        assert!((squares(Interpolation::Linear) - 1.69).abs() > 0.1);
     }
 
     /// Smooth curves have no corner at a key; Bézier curves stay between their keys, where Catmull-Rom goes beyond.

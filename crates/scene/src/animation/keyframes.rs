@@ -93,7 +93,7 @@ fn of_camera() -> impl Iterator<Item = &'static KeyRow> {
 impl Keyframes {
     /// Those of the tables `[[camera.path.key]]`.
     pub fn of_tables(section: &Section) -> Result<Self> {
-        let own: Vec<&str> = VECTORS.iter().map(|vector| vector.name).collect();
+        let names: Vec<&str> = VECTORS.iter().map(|vector| vector.name).collect();
         let mut keyframes = Self::default();
         for key in section.read(&KEY)?.unwrap_or_default() {
             key.check(KEYFRAME)?;
@@ -103,7 +103,7 @@ impl Keyframes {
                 let Some(values) = (vector.read)(&key)? else { continue };
                 keyframes.add(vector, &values).map_err(|message| key.error(vector.name, message))?;
             }
-            for (name, property) in key.properties().iter().filter(|(name, _)| *name != TIME.row.name && !own.contains(name)) {
+            for (name, property) in key.properties().iter().filter(|(name, _)| *name != TIME.row.name && !names.contains(name)) {
                 keyframes.others.entry(name.to_owned()).or_default().push((time, property.value.clone()));
             }
         }
@@ -119,13 +119,13 @@ impl Keyframes {
             let number = |column: &Column| columns.number(cells, column, *line);
             let time = number(&columns.time)?;
             keyframes.begin(time).map_err(|message| columns.wrong(*line, "time", message))?;
-            for (vector, own) in &columns.vectors {
+            for (vector, vector_columns) in &columns.vectors {
                 let scale = |column: &Column| if vector.is_place { column.size.unwrap_or(unit_pc) } else { 1.0 };
                 // Empty cells say nothing.
-                if own.iter().all(|column| columns.is_empty(cells, column)) {
+                if vector_columns.iter().all(|column| columns.is_empty(cells, column)) {
                     continue;
                 }
-                let values = own.iter().map(|column| Ok(scale(column) * number(column)?)).collect::<Result<Vec<f64>>>()?;
+                let values = vector_columns.iter().map(|column| Ok(scale(column) * number(column)?)).collect::<Result<Vec<f64>>>()?;
                 keyframes.add(vector, &values).map_err(|message| columns.wrong(*line, vector.name, message))?;
             }
             for (key, column) in columns.others.iter().filter(|(_, column)| !columns.is_empty(cells, column)) {
@@ -183,7 +183,7 @@ impl Keyframes {
 
     /// All of them, where they can be followed.
     fn finished(self) -> std::result::Result<Self, String> {
-        let looks: Vec<&str> = LOOKS.into_iter().filter(|name| self.vectors.iter().any(|(own, _)| own == name)).collect();
+        let looks: Vec<&str> = LOOKS.into_iter().filter(|name| self.vectors.iter().any(|(known, _)| known == name)).collect();
         if let [a, b, ..] = looks[..] {
             return Err(format!("keys have both {a} and {b}; use one of them along the whole path"));
         }
@@ -216,7 +216,7 @@ impl Columns {
         let wrong = |key: &str, message: String| wrong(file, table.line, key, message);
         let all: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
         let column = |name: &str| {
-            let index = all.iter().position(|(own, _)| own == name)?;
+            let index = all.iter().position(|(known, _)| known == name)?;
             Some(Column { index, name: name.to_owned(), unit: all[index].1.map(str::to_owned), size: None })
         };
         let sized = |column: Column, size: fn(&str) -> Option<f64>, example: &str| {
@@ -228,29 +228,29 @@ impl Columns {
         let time = sized(column("time").ok_or_else(missing)?, Time::unit_size, "time [s]")?;
         let mut vectors = Vec::new();
         for vector in &VECTORS {
-            let own: Vec<Column> = vector.columns.iter().filter_map(|name| column(name)).collect();
-            if own.is_empty() {
+            let vector_columns: Vec<Column> = vector.columns.iter().filter_map(|name| column(name)).collect();
+            if vector_columns.is_empty() {
                 continue;
             }
-            if own.len() < vector.columns.len() {
+            if vector_columns.len() < vector.columns.len() {
                 return Err(wrong(vector.name, format!("a {} has columns {}", vector.name, vector.columns.join(", "))));
             }
-            if own.iter().any(|column| column.unit != own[0].unit) {
+            if vector_columns.iter().any(|column| column.unit != vector_columns[0].unit) {
                 return Err(wrong(
                     vector.name,
                     format!("{} have different units; use one, such as x [pc], y [pc], z [pc]", vector.columns.join(", ")),
                 ));
             }
-            let own = if vector.is_place {
-                own.into_iter().map(|column| sized(column, Length::unit_size, "x [pc]")).collect::<Result<_>>()?
+            let vector_unit = if vector.is_place {
+                vector_columns.into_iter().map(|column| sized(column, Length::unit_size, "x [pc]")).collect::<Result<_>>()?
             } else {
-                own
+                vector_columns
             };
-            vectors.push((vector, own));
+            vectors.push((vector, vector_unit));
         }
         let mut others = Vec::new();
         for key in of_camera() {
-            if let Some(column) = column(key.name).filter(|_| !others.iter().any(|(own, _): &(&KeyRow, Column)| own.name == key.name)) {
+            if let Some(column) = column(key.name).filter(|_| !others.iter().any(|(known, _): &(&KeyRow, Column)| known.name == key.name)) {
                 others.push((key, column));
             }
         }
@@ -259,7 +259,7 @@ impl Columns {
             .chain(VECTORS.iter().flat_map(|vector| vector.columns).copied())
             .chain(of_camera().map(|key| key.name))
             .collect();
-        if let Some((unknown, _)) = all.iter().find(|(own, _)| !known.contains(&own.as_str())) {
+        if let Some((unknown, _)) = all.iter().find(|(key, _)| !known.contains(&key.as_str())) {
             let hint = nearest(unknown, known.iter().copied()).map(|near| format!(", did you mean \"{near}\"?")).unwrap_or_default();
             return Err(wrong(unknown, format!("unknown column \"{unknown}\"{hint}; known: {}", known.join(", "))));
         }
@@ -312,7 +312,7 @@ mod tests {
         let keys: Vec<&KeyRow> = KINDS.iter().flat_map(|kind| kind.keys).collect();
         assert!(keys.len() >= 4);
         for key in keys {
-            assert!(of_camera().any(|own| own.name == key.name && own.value.to_string() == key.value.to_string()), "{}", key.name);
+            assert!(of_camera().any(|row| row.name == key.name && row.value.to_string() == key.value.to_string()), "{}", key.name);
         }
     }
 }

@@ -195,17 +195,17 @@ impl Timeline {
                 path.set(camera, time, &section)?;
             }
         }
-        for (i, (place, track, said)) in self.tracks.iter().enumerate() {
-            let property = Property { value: track.at(time), origin: said.origin.clone() };
-            set(&mut still, place, property).map_err(|message| wrong(i, said, message))?;
+        for (i, (place, track, written)) in self.tracks.iter().enumerate() {
+            let property = Property { value: track.at(time), origin: written.origin.clone() };
+            set(&mut still, place, property).map_err(|message| wrong(i, written, message))?;
         }
         Ok(still)
     }
 }
 
 /// The error about the place of a track.
-fn wrong(number: usize, said: &Property, message: String) -> Error {
-    let place = crate::properties::Place { origin: said.origin.clone(), path: format!("animation[{number}]"), key: "of".into() };
+fn wrong(number: usize, property: &Property, message: String) -> Error {
+    let place = crate::properties::Place { origin: property.origin.clone(), path: format!("animation[{number}]"), key: "of".into() };
     Error::Scene { message, place }
 }
 
@@ -239,8 +239,8 @@ fn track(section: &Section) -> Result<(String, Track, Property)> {
 /// Reads `[sequence]` of a scene whose last key is at `end` \[s\].
 fn frames(section: Option<&Section>, end: f64) -> Result<Frames> {
     let nothing = Table::default();
-    let own = Section::new(&nothing, "sequence");
-    let section = section.unwrap_or(&own);
+    let defaults = Section::new(&nothing, "sequence");
+    let section = section.unwrap_or(&defaults);
     section.check(SEQUENCE)?;
     let per_second = section.read(&FRAMES_PER_SECOND)?;
     let duration = section.read(&DURATION)?.map_or(end, |time| time.0);

@@ -78,7 +78,8 @@ impl CameraPath {
         let vectors: Vec<(&'static str, Curve)> =
             vectors.into_iter().map(|(name, (times, values))| (name, Curve::new(times, values, interpolation))).collect();
         let track = |(name, keys): (String, Vec<(f64, Value)>)| {
-            let owners: Vec<&str> = KINDS.iter().filter(|own| own.keys.iter().any(|key| key.name == name)).map(|own| own.name).collect();
+            let owners: Vec<&str> =
+                KINDS.iter().filter(|kind| kind.keys.iter().any(|key| key.name == name)).map(|kind| kind.name).collect();
             if !owners.contains(&kind) {
                 let message = format!("\"{name}\" requires kind {}, but this camera is {kind}; remove it", owners.join(" or "));
                 return Err(section.error(&KEY, message));
@@ -111,7 +112,7 @@ impl CameraPath {
 
     /// Camera position at a moment \[s\], in pc; `None` for a static camera.
     pub fn position(&self, time: f64) -> Option<DVec3> {
-        let (_, curve) = self.vectors.iter().find(|(own, _)| *own == "position")?;
+        let (_, curve) = self.vectors.iter().find(|(known, _)| *known == "position")?;
         Some(DVec3::from_slice(&curve.at(self.on_way(self.eased(time)))))
     }
 
@@ -119,13 +120,13 @@ impl CameraPath {
     pub fn set(&self, camera: &mut Table, time: f64, section: &Section) -> Result<()> {
         let time = self.on_way(self.eased(time));
         let origin = section.properties().origin().cloned();
-        let said = |value| Property { value, origin: origin.clone() };
-        let vector = |name: &str| self.vectors.iter().find(|(own, _)| *own == name).map(|(_, curve)| curve.at(time));
+        let property = |value| Property { value, origin: origin.clone() };
+        let vector = |name: &str| self.vectors.iter().find(|(known, _)| *known == name).map(|(_, curve)| curve.at(time));
         let triple = |name: &str| vector(name).map(|v| DVec3::new(v[0], v[1], v[2]));
         let place = |p: DVec3| Value::Quantity(p.to_array().to_vec(), "pc".into());
         let direction = |d: DVec3| Value::List([d.x, d.y, d.z].map(|v| Value::Number(v).into()).to_vec());
         if let Some(position) = triple("position") {
-            camera.insert("position", said(place(position)));
+            camera.insert("position", property(place(position)));
         }
         let mut looks = triple("direction");
         if let Some(q) = vector("orientation") {
@@ -135,24 +136,24 @@ impl CameraPath {
                 return Err(section.error(&KEY, "orientations of adjacent keys are opposite; insert a key between them"));
             }
             looks = Some(q.normalize() * DVec3::NEG_Z);
-            camera.insert("up", said(direction(q.normalize() * DVec3::Y)));
+            camera.insert("up", property(direction(q.normalize() * DVec3::Y)));
         }
         if let Some(target) = triple("target") {
-            camera.insert("target", said(place(target)));
+            camera.insert("target", property(place(target)));
         } else if let Some(looks) = looks {
             let Some(looks) = looks.try_normalize() else {
                 return Err(section.error(&KEY, "directions of adjacent keys are opposite; insert a key between them"));
             };
             // As far as the scene's own target is: what nothing else is said of stands there.
-            let own = Section::new(camera, "camera");
-            let (position, before) = (own.read(&POSITION)?, own.read(&TARGET)?);
+            let section_of = Section::new(camera, "camera");
+            let (position, before) = (section_of.read(&POSITION)?, section_of.read(&TARGET)?);
             let distance = position.distance(before);
-            camera.insert("target", said(place(position + if distance > 0.0 { distance } else { 1.0 } * looks)));
+            camera.insert("target", property(place(position + if distance > 0.0 { distance } else { 1.0 } * looks)));
         }
         if let Some(up) = triple("up") {
-            camera.insert("up", said(direction(up)));
+            camera.insert("up", property(direction(up)));
         }
-        self.others.iter().for_each(|(name, track)| camera.insert(name.as_str(), said(track.at(time))));
+        self.others.iter().for_each(|(name, track)| camera.insert(name.as_str(), property(track.at(time))));
         Ok(())
     }
 

@@ -34,8 +34,8 @@ impl Track {
         let mut values = Vec::new();
         let count = Form::of(first).map_or(0, |(_, numbers)| numbers.len());
         for (_, value) in &keys {
-            let (own, numbers) = Form::of(value).ok_or_else(|| between(value))?;
-            if own != form || numbers.len() != count {
+            let (form_of_value, numbers) = Form::of(value).ok_or_else(|| between(value))?;
+            if form_of_value != form || numbers.len() != count {
                 return Err(format!("{first} and {value} cannot be interpolated; write all keys in the same form and unit"));
             }
             if let Some(wrong) = numbers.iter().find(|v| !v.is_finite()) {
@@ -119,9 +119,9 @@ mod tests {
             let error = half(a, b).unwrap_err();
             assert!(error.contains(words), "{error}");
         }
-        let held = Track::new(vec![(0.0, text("ccm89")), (1.0, Value::Flag(true))], Interpolation::Step).unwrap();
-        assert_eq!((held.at(0.9), held.at(1.0), held.at(-1.0)), (text("ccm89"), Value::Flag(true), text("ccm89")));
-        assert_eq!((held.times(), held.end(), held.numbers(0.5)), (vec![0.0, 1.0], 1.0, None));
+        let step_track = Track::new(vec![(0.0, text("ccm89")), (1.0, Value::Flag(true))], Interpolation::Step).unwrap();
+        assert_eq!((step_track.at(0.9), step_track.at(1.0), step_track.at(-1.0)), (text("ccm89"), Value::Flag(true), text("ccm89")));
+        assert_eq!((step_track.times(), step_track.end(), step_track.numbers(0.5)), (vec![0.0, 1.0], 1.0, None));
         let moved = Track::new(vec![(0.0, text("0 0 5 pc")), (2.0, text("1 2 3 pc"))], Interpolation::Linear).unwrap();
         assert_eq!((moved.times(), moved.numbers(1.0)), (vec![0.0, 2.0], Some(vec![0.5, 1.0, 4.0])));
         assert_eq!(moved.unit(), "pc");

@@ -16,8 +16,8 @@ impl Counter {
 
     /// The sequence of a part of a cell, far from those of all others.
     pub fn nested(seed: u64, cell: u64, part: u64) -> Self {
-        let own = Self::new(seed, cell).bits();
-        Self(Self::new(own, part).bits())
+        let bits = Self::new(seed, cell).bits();
+        Self(Self::new(bits, part).bits())
     }
 
     /// The next number, evenly spread over [0, 1).

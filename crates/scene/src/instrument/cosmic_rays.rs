@@ -40,10 +40,10 @@ pub(super) fn tracks(detector: &Detector, [width, height]: [usize; 2], exposure_
         }
     }
     charges.sort_unstable_by_key(|(pixel, _)| *pixel);
-    charges.dedup_by(|next, kept| {
-        let same = next.0 == kept.0;
+    charges.dedup_by(|next, previous| {
+        let same = next.0 == previous.0;
         if same {
-            kept.1 += next.1;
+            previous.1 += next.1;
         }
         same
     });
@@ -53,7 +53,7 @@ pub(super) fn tracks(detector: &Detector, [width, height]: [usize; 2], exposure_
 
 /// The electrons of tracks in a pixel.
 pub(super) fn charge(tracks: &[(usize, f64)], pixel: usize) -> f64 {
-    tracks.binary_search_by_key(&pixel, |(own, _)| *own).map_or(0.0, |i| tracks[i].1)
+    tracks.binary_search_by_key(&pixel, |(hit, _)| *hit).map_or(0.0, |i| tracks[i].1)
 }
 
 #[cfg(test)]

@@ -156,10 +156,10 @@ mod tests {
         for (i, mean) in [0.0, 0.3, 7.0, 150.0, 4e4].into_iter().enumerate() {
             let read = |k: u64| detector.electrons(detector.read(mean, 0.0, &mut Counter::new(i as u64, k)));
             let all: Vec<f64> = (0..COUNT).map(read).collect();
-            let own = all.iter().sum::<f64>() / COUNT as f64;
-            let variance = all.iter().map(|v| (v - own).powi(2)).sum::<f64>() / (COUNT - 1) as f64;
+            let measured = all.iter().sum::<f64>() / COUNT as f64;
+            let variance = all.iter().map(|v| (v - measured).powi(2)).sum::<f64>() / (COUNT - 1) as f64;
             let wanted = detector.variance(mean);
-            assert!((own - mean).abs() < 5.0 * (wanted / COUNT as f64).sqrt(), "{mean}: {own}");
+            assert!((measured - mean).abs() < 5.0 * (wanted / COUNT as f64).sqrt(), "{mean}: {measured}");
             // The kurtosis of Poisson numbers widens the scatter of a variance.
             let scatter = wanted * ((2.0 + 1.0 / mean.max(1.0)) / COUNT as f64).sqrt();
             assert!((variance - wanted).abs() < 5.0 * scatter, "{mean}: {variance} {wanted}");

@@ -31,10 +31,10 @@ impl Instrument {
         let is_own = |band: &Passband| self.filters.is_empty() || self.filters.iter().any(|filters| filters.has(band));
         let is_foreign = |band: &&Passband| !is_own(band) && Passband::by_name(band.name()).is_ok();
         let Some(foreign) = bands.iter().find(is_foreign).filter(|_| !self.allow_foreign_filters) else { return Ok(()) };
-        let own = passbands(|name| self.filters.iter().any(|filters| name.starts_with(filters.family)));
-        let own: Vec<String> = own.into_iter().filter(is_own).map(|band| band.name().to_owned()).collect();
-        let shown = match &own[..] {
-            [first, .., last] if own.len() > 8 => format!("{first} to {last} and {} more", own.len() - 2),
+        let family = passbands(|name| self.filters.iter().any(|filters| name.starts_with(filters.family)));
+        let names: Vec<String> = family.into_iter().filter(is_own).map(|band| band.name().to_owned()).collect();
+        let shown = match &names[..] {
+            [first, .., last] if names.len() > 8 => format!("{first} to {last} and {} more", names.len() - 2),
             all => all.join(", "),
         };
         let problem = format!("{} is not a filter of {}", foreign.name(), self.name);
@@ -58,15 +58,15 @@ mod tests {
     /// UVIS has no filter of the infrared channel, of Webb or of Johnson, and says which it has.
     #[test]
     fn filters_of_others_are_refused() {
-        let own = preset("hst-wfc3-uvis").unwrap();
+        let instrument = preset("hst-wfc3-uvis").unwrap();
         let band = |name: &str| Passband::by_name(name).unwrap();
         for name in ["hst-wfc3-f656n", "hst-wfc3-f225w", "hst-wfc3-f953n"] {
-            assert!(own.check_filters(&[band(name)]).is_ok(), "{name}");
+            assert!(instrument.check_filters(&[band(name)]).is_ok(), "{name}");
         }
         for name in ["jwst-miri-f770w", "jwst-nircam-f164n", "johnson-V", "hst-wfc3-f160w"] {
-            let words = own.check_filters(&[band("hst-wfc3-f656n"), band(name)]).unwrap_err().to_string();
+            let words = instrument.check_filters(&[band("hst-wfc3-f656n"), band(name)]).unwrap_err().to_string();
             assert!(words.contains(name) && words.contains("hst-wfc3-f953n") && words.contains("allow_foreign_filters"), "{words}");
-            let allowed = Instrument { allow_foreign_filters: true, ..own.clone() };
+            let allowed = Instrument { allow_foreign_filters: true, ..instrument.clone() };
             assert!(allowed.check_filters(&[band(name)]).is_ok());
         }
         let short = preset("jwst-nircam-short").unwrap();
@@ -74,6 +74,6 @@ mod tests {
         assert!(Instrument::of_aperture(1.0).check_filters(&[band("johnson-V")]).is_ok());
         // One's own curve is one's own filter.
         let measured = Passband::by_name("johnson-V").unwrap().renamed("my V");
-        assert!(own.check_filters(&[measured]).is_ok());
+        assert!(instrument.check_filters(&[measured]).is_ok());
     }
 }

@@ -18,13 +18,13 @@ pub struct Kernels {
 /// A kernel, and what it is of; none where pixels are too wide to tell.
 #[derive(Debug, Clone)]
 struct Kept {
-    of: Of,
+    inputs: KernelInputs,
     spread: Option<Arc<Spread>>,
 }
 
 /// All that a kernel hangs on.
 #[derive(Debug, Clone, PartialEq)]
-struct Of {
+struct KernelInputs {
     /// Description of the point-spread function.
     psf: String,
     optics: Instrument,
@@ -49,20 +49,20 @@ impl Kernels {
         size: [usize; 2],
         light: &mut [f64],
     ) -> Result<()> {
-        let own = (band.name.clone(), band.pivot_um, band.width_um);
-        let of = Of { psf: psf.said(), optics: optics(instrument), band: own, pixel_rad, size };
-        let kept = match self.known.iter().position(|kept| kept.of == of) {
+        let key = (band.name.clone(), band.pivot_um, band.width_um);
+        let inputs = KernelInputs { psf: psf.description(), optics: optics(instrument), band: key, pixel_rad, size };
+        let entry = match self.known.iter().position(|known| known.inputs == inputs) {
             Some(known) => self.known.remove(known),
             None => {
                 let kernel = psf.kernel(&View { instrument, band, pixel_rad, reach: reach(size[0].max(size[1])) })?;
-                Kept { of, spread: kernel.map(|kernel| Arc::new(Spread::new(&kernel, size[0], size[1]))) }
+                Kept { inputs, spread: kernel.map(|kernel| Arc::new(Spread::new(&kernel, size[0], size[1]))) }
             }
         };
-        if let Some(spread) = &kept.spread {
+        if let Some(spread) = &entry.spread {
             spread.apply(light, size[0]);
         }
-        self.known.push(kept);
-        while self.known.iter().filter_map(|kept| kept.spread.as_ref()).map(|spread| spread.bytes()).sum::<u64>() > self.limit {
+        self.known.push(entry);
+        while self.known.iter().filter_map(|entry| entry.spread.as_ref()).map(|spread| spread.bytes()).sum::<u64>() > self.limit {
             self.known.remove(0);
         }
         Ok(())

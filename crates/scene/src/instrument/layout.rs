@@ -86,11 +86,11 @@ impl Layout {
         let below = Pixels::of(image)?;
         let edge = instrument.pixel_rad.map_or(1.0, |pixel| pixel / below.edge_rad);
         if edge < 1.0 - SAME {
-            let (own, wanted) = (instrument.pixel_rad.unwrap_or_default(), (image.width as f64 / edge).ceil());
+            let (pixel_rad, wanted) = (instrument.pixel_rad.unwrap_or_default(), (image.width as f64 / edge).ceil());
             let arcsec = |angle: f64| spectra::units::short((angle.to_degrees() * 3600e4).round() / 1e4);
             let problem = format!(
                 "the instrument's pixels of {} arcsec are finer than the picture's of {} arcsec",
-                arcsec(own),
+                arcsec(pixel_rad),
                 arcsec(below.edge_rad)
             );
             let remedy = format!("render at least {wanted} pixels per row, narrow the field of view, or increase pixel_scale");
@@ -120,9 +120,9 @@ impl Layout {
 /// The numbers of the passbands that a mosaic names.
 fn mosaic_of(names: &[String; 4], bands: &[Passband]) -> Result<[usize; 4]> {
     let mut square = [0; 4];
-    for (own, name) in square.iter_mut().zip(names) {
+    for (row, name) in square.iter_mut().zip(names) {
         let found = bands.iter().position(|band| band.name() == name);
-        *own = found.ok_or_else(|| {
+        *row = found.ok_or_else(|| {
             let known: Vec<&str> = bands.iter().map(Passband::name).collect();
             let problem = format!("the mosaic names \"{name}\", which is not a passband of the scene ({})", known.join(", "));
             Error::conflict(problem, "name one of these, or remove the mosaic")

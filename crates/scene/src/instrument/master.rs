@@ -118,9 +118,9 @@ impl Exposures {
             Some(_) => (0..bands).map(|band| self.interpolated(&all[0], band)).collect(),
             None => all,
         };
-        let flat = |value: fn(&Combined) -> f64| combined.iter().flatten().map(move |own| value(own) as f32);
-        let samples: Vec<f32> = flat(|own| own.radiance).chain(flat(|own| own.variance.sqrt())).collect();
-        let mask: Vec<f32> = flat(|own| f64::from(own.flags)).collect();
+        let flat = |value: fn(&Combined) -> f64| combined.iter().flatten().map(move |pixel| value(pixel) as f32);
+        let samples: Vec<f32> = flat(|pixel| pixel.radiance).chain(flat(|pixel| pixel.variance.sqrt())).collect();
+        let mask: Vec<f32> = flat(|pixel| f64::from(pixel.flags)).collect();
         debug_assert_eq!(samples.len(), 2 * bands * count, "radiances and errors");
         let mut image = Image { bands: self.with_errors(), ..self.header.clone() };
         image.samples = Samples::Single(samples);
@@ -170,7 +170,7 @@ impl Exposures {
             }
         }
         let candidates = electrons.len();
-        let good = kept(electrons, |level| (detector.variance(level) + LEAST).sqrt());
+        let good = without_outliers(electrons, |level| (detector.variance(level) + LEAST).sqrt());
         if good.len() < candidates {
             flags |= Flag::Rejected as u8;
         }
@@ -201,10 +201,10 @@ impl Exposures {
                 if self.band_of(0, other) == band {
                     // Bilinear: those beside count twice as much as those across a corner.
                     let weight = if x == column || y == row { 2.0 } else { 1.0 };
-                    let own = &mosaic[other];
-                    sum.radiance += weight * own.radiance;
-                    sum.variance += weight * weight * own.variance;
-                    sum.flags |= own.flags;
+                    let neighbour = &mosaic[other];
+                    sum.radiance += weight * neighbour.radiance;
+                    sum.variance += weight * weight * neighbour.variance;
+                    sum.flags |= neighbour.flags;
                     weights += weight;
                 }
             }
@@ -215,7 +215,7 @@ impl Exposures {
 }
 
 /// The values that do not stand apart, of which the order may change; `deviation` is that of a level.
-fn kept(values: &mut [f64], deviation: impl Fn(f64) -> f64) -> &[f64] {
+fn without_outliers(values: &mut [f64], deviation: impl Fn(f64) -> f64) -> &[f64] {
     values.sort_unstable_by(f64::total_cmp);
     // Of two, both scatter.
     let (level, scatter) = match values.len() {
@@ -235,11 +235,11 @@ mod tests {
 
     #[test]
     fn what_stands_apart_is_left_out() {
-        let of = |values: &[f64]| kept(&mut values.to_vec(), |level| level.max(0.0).sqrt() + 1.0).to_vec();
-        assert_eq!(of(&[100.0, 3000.0, 104.0, 90.0]), [90.0, 100.0, 104.0]);
-        assert_eq!(of(&[100.0, 3000.0]), [100.0]);
-        assert_eq!(of(&[3000.0]), [3000.0]);
-        assert!(of(&[]).is_empty());
-        assert_eq!(of(&[100.0, 110.0, 0.0, 105.0]), [100.0, 105.0, 110.0]);
+        let accepted = |values: &[f64]| without_outliers(&mut values.to_vec(), |level| level.max(0.0).sqrt() + 1.0).to_vec();
+        assert_eq!(accepted(&[100.0, 3000.0, 104.0, 90.0]), [90.0, 100.0, 104.0]);
+        assert_eq!(accepted(&[100.0, 3000.0]), [100.0]);
+        assert_eq!(accepted(&[3000.0]), [3000.0]);
+        assert!(accepted(&[]).is_empty());
+        assert_eq!(accepted(&[100.0, 110.0, 0.0, 105.0]), [100.0, 105.0, 110.0]);
     }
 }

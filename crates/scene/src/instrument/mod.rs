@@ -135,19 +135,24 @@ impl Instrument {
     #[must_use]
     pub fn binned(self, pixels: usize) -> Self {
         let (edge, area) = (pixels as f64, (pixels * pixels) as f64);
-        let own = self.detector;
-        let full_well = own.full_well.min((f64::from(own.largest()) - own.bias) * own.gain) * area;
+        let before = self.detector;
+        let full_well = before.full_well.min((f64::from(before.largest()) - before.bias) * before.gain) * area;
         // The variances of whole counts and of readings add up.
-        let detector =
-            Detector { dark_current: own.dark_current * area, read_noise: own.read_noise * edge, gain: own.gain * edge, full_well, ..own };
+        let detector = Detector {
+            dark_current: before.dark_current * area,
+            read_noise: before.read_noise * edge,
+            gain: before.gain * edge,
+            full_well,
+            ..before
+        };
         Self { pixel_rad: self.pixel_rad.map(|pixel| pixel * edge), detector, ..self }
     }
 
     /// True if another spreads and gathers the same light, however it records it.
     pub fn sees_like(&self, other: &Self) -> bool {
-        let light = |own: &Self| {
+        let light = |instrument: &Self| {
             let name = String::new();
-            Self { name, detector: Detector::default(), exposure_s: 1.0, frames: 1, seed: 0, subtract_sky: true, ..own.clone() }
+            Self { name, detector: Detector::default(), exposure_s: 1.0, frames: 1, seed: 0, subtract_sky: true, ..instrument.clone() }
         };
         light(self) == light(other) && self.detector.mosaic == other.detector.mosaic
     }

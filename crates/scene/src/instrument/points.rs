@@ -67,7 +67,7 @@ impl<'a> Points<'a> {
         let width = self.size[0];
         for (row, line) in fine.chunks_exact(width * self.finer).enumerate() {
             let out = &mut light[row / self.finer * width..][..width];
-            out.iter_mut().zip(line.chunks_exact(self.finer)).for_each(|(out, own)| *out += own.iter().sum::<f64>());
+            out.iter_mut().zip(line.chunks_exact(self.finer)).for_each(|(out, values)| *out += values.iter().sum::<f64>());
         }
     }
 }

@@ -238,7 +238,7 @@ mod tests {
             }
             // A pupil whose name were misspelt would be a round one.
             for (telescope, optics) in [("hst", "hubble"), ("jwst", "webb")] {
-                assert!(!row.name.starts_with(telescope) || instrument.psf[0].said().contains(optics), "{}", row.name);
+                assert!(!row.name.starts_with(telescope) || instrument.psf[0].description().contains(optics), "{}", row.name);
             }
         }
         assert!(preset("hubble").map(|_| ()).unwrap_err().to_string().contains("hst-wfc3-uvis"));

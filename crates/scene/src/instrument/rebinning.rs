@@ -8,13 +8,13 @@ struct Overlaps(Vec<(usize, Vec<f64>)>);
 impl Overlaps {
     /// `count` squares of an edge, the first of which begins at `first`, over `below` squares of edge one that begin at zero.
     fn new(below: usize, first: f64, edge: f64, count: usize) -> Self {
-        let of = |i: usize| {
+        let overlaps = |i: usize| {
             let (low, high) = (first + i as f64 * edge, first + (i + 1) as f64 * edge);
             let (from, to) = (low.floor().max(0.0) as usize, (high.ceil().max(0.0) as usize).min(below));
             let part = |k: usize| (high.min(k as f64 + 1.0) - low.max(k as f64)).max(0.0);
             (from.min(to), (from..to).map(part).collect())
         };
-        Self((0..count).map(of).collect())
+        Self((0..count).map(overlaps).collect())
     }
 }
 
@@ -43,10 +43,13 @@ impl Squares {
         let rows: Vec<f64> = values
             .par_chunks(width)
             .take(height)
-            .flat_map_iter(|row| across.0.iter().map(|own| sum(own, &|k| row[k])).collect::<Vec<_>>())
+            .flat_map_iter(|row| across.0.iter().map(|weights| sum(weights, &|k| row[k])).collect::<Vec<_>>())
             .collect();
         let columns = self.size[0];
-        down.0.par_iter().flat_map_iter(|own| (0..columns).map(|x| sum(own, &|k| rows[k * columns + x])).collect::<Vec<_>>()).collect()
+        down.0
+            .par_iter()
+            .flat_map_iter(|weights| (0..columns).map(|x| sum(weights, &|k| rows[k * columns + x])).collect::<Vec<_>>())
+            .collect()
     }
 }
 

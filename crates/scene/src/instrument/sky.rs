@@ -114,7 +114,7 @@ impl Sky {
 fn nearest(named: &[(&str, f64)], band: &Passband) -> f64 {
     let apart = |name: &str| match Passband::by_name(name) {
         _ if name == band.name() => -1.0,
-        Ok(own) => (own.pivot().0 / band.pivot().0).ln().abs(),
+        Ok(known) => (known.pivot().0 / band.pivot().0).ln().abs(),
         Err(_) => f64::INFINITY,
     };
     named.iter().min_by(|a, b| apart(a.0).total_cmp(&apart(b.0))).map_or(f64::INFINITY, |(_, magnitude)| *magnitude)
@@ -124,7 +124,7 @@ fn nearest(named: &[(&str, f64)], band: &Passband) -> f64 {
 fn zodiacal_colour(lambda_um: f64) -> f64 {
     // Per frequency, linear in both logarithms.
     let per_frequency = |lambda: f64| {
-        let above = ZODIACAL.partition_point(|(own, _)| *own < lambda).clamp(1, ZODIACAL.len() - 1);
+        let above = ZODIACAL.partition_point(|(known, _)| *known < lambda).clamp(1, ZODIACAL.len() - 1);
         let ((a, low), (b, high)) = (ZODIACAL[above - 1], ZODIACAL[above]);
         let part = (lambda / a).ln() / (b / a).ln();
         low * (high / low).powf(part) * lambda * lambda
@@ -142,8 +142,8 @@ mod tests {
         use spectra::sed::{MagnitudeSystem, zero_point};
         let band = |name: &str| Passband::by_name(name).unwrap();
         let star = zero_point(&band("johnson-V"), MagnitudeSystem::Ab).unwrap() * 10f64.powf(-0.4 * 21.0);
-        let own = Sky::even(21.0).radiance(&band("johnson-V"), 0, 1).unwrap() * (std::f64::consts::PI / 648_000.0).powi(2);
-        assert!((own / star - 1.0).abs() < 1e-9, "{own} {star}");
+        let found = Sky::even(21.0).radiance(&band("johnson-V"), 0, 1).unwrap() * (std::f64::consts::PI / 648_000.0).powi(2);
+        assert!((found / star - 1.0).abs() < 1e-9, "{found} {star}");
         let named = Sky { brightness: Brightness::ByName(&[("johnson-B", 22.0), ("johnson-V", 21.0)]), ..Sky::default() };
         let even = |magnitude: f64, name: &str| Sky::even(magnitude).radiance(&band(name), 0, 1).unwrap();
         for (name, magnitude) in [("johnson-B", 22.0), ("johnson-V", 21.0), ("amateur-ha-3nm", 21.0), ("galex-nuv", 22.0)] {

@@ -87,7 +87,7 @@ impl PlacedCatalogue {
             SkyAxes::OfScene(turn) => turn,
             SkyAxes::OfPicture(sky) => {
                 let pairs = camera.image_axes().into_iter().zip(sky);
-                pairs.fold(DMat3::ZERO, |sum, (own, sky)| sum + outer(own, sky))
+                pairs.fold(DMat3::ZERO, |sum, (camera_axis, sky)| sum + outer(camera_axis, sky))
             }
         }
     }
@@ -168,7 +168,7 @@ impl Builder {
             }
             Colour::Magnitude(second) => self.by_colour(second - magnitude),
             Colour::Type(shape, name) => {
-                let known = self.types.iter().position(|(own, _)| *own == name);
+                let known = self.types.iter().position(|(known, _)| *known == name);
                 let number = known.unwrap_or_else(|| {
                     self.types.push((name, shape));
                     self.types.len() - 1
@@ -266,8 +266,8 @@ mod tests {
     use super::*;
 
     fn flux(catalogue: &StarCatalogue, star: usize, band: &Passband) -> f64 {
-        let of = |(class, gain): &(usize, f64)| gain * band.integrate(|l| catalogue.classes[*class].spectrum.continuum(l));
-        catalogue.stars[star].shares.iter().map(of).sum()
+        let flux = |(class, gain): &(usize, f64)| gain * band.integrate(|l| catalogue.classes[*class].spectrum.continuum(l));
+        catalogue.stars[star].shares.iter().map(flux).sum()
     }
 
     /// Stars have the magnitudes that were said in both passbands, and black bodies of a temperature between two rungs nearly their colours.

@@ -173,8 +173,8 @@ fn cells_in_view(camera: &Camera, circle: Option<&Circle>) -> Vec<u64> {
         let first = slice * 2 * SKY_SLICES;
         let middle = sky_direction(first, 0.5, 0.5);
         let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| sky_direction(first, u, v));
-        let own = corners.iter().map(|c| c.dot(middle).clamp(-1.0, 1.0).acos()).fold(0.0, f64::max);
-        let least = (radius + own).min(std::f64::consts::PI).cos();
+        let half_angle = corners.iter().map(|c| c.dot(middle).clamp(-1.0, 1.0).acos()).fold(0.0, f64::max);
+        let least = (radius + half_angle).min(std::f64::consts::PI).cos();
         // The middles m with m · ahead ≥ least; the longitudes of both differ by no more than the arc of this cosine.
         let across = middle.truncate().length() * ahead.truncate().length();
         let cosine = (least - middle.z * ahead.z) / across.max(f64::MIN_POSITIVE);

@@ -63,7 +63,7 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
         let part = |samples: &Samples| Samples::gathered(samples, samples, samples.len() / 2, |i| (false, from(i)));
         let layers = image.layers.iter().map(|layer| Layer { samples: part(&layer.samples), ..layer.clone() }).collect();
         let samples = part(&image.samples);
-        let mut own = Image {
+        let mut mean = Image {
             width,
             height,
             samples,
@@ -77,13 +77,13 @@ pub fn parted(arrangement: Arrangement, image: &Image, camera: &Camera) -> [Imag
         };
         // Where this eye stands; in an image of all around both stand around the camera.
         for (name, value) in [("CAMX", eye.position.x), ("CAMY", eye.position.y), ("CAMZ", eye.position.z)] {
-            own.keywords
+            mean.keywords
                 .iter_mut()
                 .filter(|keyword| keyword.name == name)
                 .for_each(|keyword| keyword.value = keywords::Value::Number(value));
         }
-        own.keywords.push(keywords::text("EYE", if is_right { "right" } else { "left" }, "eye of the image"));
-        own
+        mean.keywords.push(keywords::text("EYE", if is_right { "right" } else { "left" }, "eye of the image"));
+        mean
     })
 }
 
@@ -102,8 +102,8 @@ pub fn mean<E: From<Error>>(images: impl IntoIterator<Item = std::result::Result
         sum.samples.add_all(&image.samples);
         for layer in image.layers {
             // A light that shines at some moments has a layer at those.
-            match sum.layers.iter_mut().find(|own| own.name == layer.name) {
-                Some(own) => own.samples.add_all(&layer.samples),
+            match sum.layers.iter_mut().find(|known| known.name == layer.name) {
+                Some(known) => known.samples.add_all(&layer.samples),
                 None => sum.layers.push(layer),
             }
         }

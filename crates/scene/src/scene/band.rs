@@ -66,8 +66,8 @@ pub(super) const KINDS: &[Kind<Named>] = &[
             }
             // A file that says what its detector counts decides where the scene says nothing.
             let stated = curve.counts_photons.filter(|_| !section.has(&COUNTING));
-            let own = stated.map(|photons| if photons { Counting::Photon } else { Counting::Energy });
-            Ok(Box::new(move |name, counting| Passband::new(name, own.unwrap_or(counting), curve.table)))
+            let stated_counting = stated.map(|photons| if photons { Counting::Photon } else { Counting::Energy });
+            Ok(Box::new(move |name, counting| Passband::new(name, stated_counting.unwrap_or(counting), curve.table)))
         },
     },
     Kind {
@@ -140,13 +140,13 @@ impl Choices for Counting {
 }
 
 pub(super) fn build(root: &Section, inputs: &Inputs) -> Result<Vec<Passband>> {
-    let own = root.tables("band")?;
+    let tables = root.tables("band")?;
     let mut bands = match root.read(&BANDS)? {
         Some(names) => named(root, &names)?,
-        None if own.is_empty() => named(root, &["johnson"])?,
+        None if tables.is_empty() => named(root, &["johnson"])?,
         None => Vec::new(),
     };
-    for section in own {
+    for section in tables {
         let make = build_kind_with("passband", KINDS, KEYS, &section, inputs)?;
         let counting = section.read(&COUNTING)?;
         let name = section.read(&NAME)?;

@@ -274,10 +274,10 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
         section.refuse(&[&MAGNITUDE_BAND.row], "a column \"magnitude\"")?;
     }
     for (column, name) in names.iter().enumerate() {
-        let is_named = |own: &str| if own == GAIA_G { table.columns[column].trim().starts_with(own) } else { own == *name };
-        let meant = MAGNITUDES.iter().find(|(own, _)| is_named(own)).map(|(_, band)| *band);
-        let own = meant.or_else(|| passband::names().into_iter().find(|band| band.eq_ignore_ascii_case(name)));
-        if let Some(band) = own.filter(|band| bands.iter().all(|(_, known)| known.name() != *band)) {
+        let is_named = |known: &str| if known == GAIA_G { table.columns[column].trim().starts_with(known) } else { known == *name };
+        let meant = MAGNITUDES.iter().find(|(known, _)| is_named(known)).map(|(_, band)| *band);
+        let band_name = meant.or_else(|| passband::names().into_iter().find(|band| band.eq_ignore_ascii_case(name)));
+        if let Some(band) = band_name.filter(|band| bands.iter().all(|(_, known)| known.name() != *band)) {
             bands.push((column, section.wrap(&FILE, Passband::by_name(band))?));
         }
     }

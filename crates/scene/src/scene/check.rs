@@ -57,8 +57,8 @@ impl Scene {
         if let Some(observation) = &self.observation {
             let mut cameras = std::iter::once(&self.camera).chain(self.bookmarks.values());
             at("", "observation", cameras.try_for_each(|camera| observation::check(observation, camera)))?;
-            let of = |band| self.in_unit(band, &self.camera).map(|_| ());
-            self.bands.iter().try_for_each(|band| at("observation", "unit", of(band)))?;
+            let convert = |band| self.in_unit(band, &self.camera).map(|_| ());
+            self.bands.iter().try_for_each(|band| at("observation", "unit", convert(band)))?;
         }
         let parallel = |camera: &Camera| matches!(camera.projection, Projection::Orthographic { .. });
         if self.background.has_stars() && std::iter::once(&self.camera).chain(self.bookmarks.values()).any(parallel) {
@@ -105,11 +105,12 @@ impl Scene {
     /// If Vega is unknown in the passband, or electrons are requested without an instrument.
     pub fn in_unit(&self, band: &Passband, camera: &Camera) -> Result<Option<InUnit>> {
         let Some(observation) = self.observation else { return Ok(None) };
-        let own = match (camera.pixel_scale(), observation.distance_pc) {
+        let pixel_rad = match (camera.pixel_scale(), observation.distance_pc) {
             (PixelScale::Length(pc), Some(distance)) => pc / distance,
             (pixel, _) => pixel.in_unit().0.to_radians(),
         };
-        let electrons = |instrument: &Arc<Instrument>| instrument.electrons(band.pivot().0) * instrument.pixel_rad.unwrap_or(own).powi(2);
+        let electrons =
+            |instrument: &Arc<Instrument>| instrument.electrons(band.pivot().0) * instrument.pixel_rad.unwrap_or(pixel_rad).powi(2);
         observation.unit.of(band, self.instrument.as_ref().map(electrons)).map(Some)
     }
 

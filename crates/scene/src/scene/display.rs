@@ -45,7 +45,7 @@ pub(super) fn build(section: Option<&Section>, bands: &[Passband]) -> Result<Dis
     if ![8, 16].contains(&bits) {
         return Err(section.error(&BITS, format!("{bits} bits per colour are unsupported; write 8 or 16")));
     }
-    let glare = section.read(&GLARE)?.map(|own| glare::build(&own)).transpose()?;
+    let glare = section.read(&GLARE)?.map(|table| glare::build(&table)).transpose()?;
     Ok(Display { palette, balance, stretch, black, white, bits, glare })
 }
 

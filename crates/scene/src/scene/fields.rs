@@ -229,10 +229,10 @@ impl<'a> Fields<'a> {
             return Err(section.error(&FORMULA, message));
         }
         // A grid is read as it is, whatever it was made of.
-        let of = |need: &String| self.made_of.get(need).copied().unwrap_or_default();
-        let all = needs.iter().map(of).fold(MadeOf { fields: 0, depth: 0 }, |all, own| MadeOf {
-            fields: all.fields.saturating_add(own.fields),
-            depth: all.depth.max(own.depth + 1),
+        let known = |need: &String| self.made_of.get(need).copied().unwrap_or_default();
+        let all = needs.iter().map(known).fold(MadeOf { fields: 0, depth: 0 }, |all, need| MadeOf {
+            fields: all.fields.saturating_add(need.fields),
+            depth: all.depth.max(need.depth + 1),
         });
         if !is_grid {
             if all.fields > MOST_FIELDS || all.depth > DEEPEST {

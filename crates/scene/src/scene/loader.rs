@@ -163,38 +163,38 @@ impl Loader {
 
     /// The stars of the table that `content` describes: those of before, or new ones. The file is not read again for it.
     pub(super) fn stars(&self, content: Fingerprint, build: impl FnOnce() -> Result<Vec<Star>>) -> Result<Arc<Vec<Star>>> {
-        kept(&self.stars, MAX_TABLES, content, build)
+        cached(&self.stars, MAX_TABLES, content, build)
     }
 
     /// The stars of the catalogue that `content` describes: those of before, or read anew.
     pub(super) fn catalogue(&self, content: Fingerprint, build: impl FnOnce() -> Result<StarCatalogue>) -> Result<Arc<StarCatalogue>> {
-        kept(&self.catalogues, 1, content, build)
+        cached(&self.catalogues, 1, content, build)
     }
 
     /// Ionised state of the gas that `content` describes: that of before, or anew.
     pub(super) fn gas(&self, content: Fingerprint, build: impl FnOnce() -> Result<IonisedGas>) -> Result<Arc<IonisedGas>> {
         match known(&self.gas, content) {
             Some(gas) => Ok(gas),
-            None if self.is_rough => kept(&self.rough_gas, 1, content, build),
-            None => kept(&self.gas, MAX_GAS, content, build),
+            None if self.is_rough => cached(&self.rough_gas, 1, content, build),
+            None => cached(&self.gas, MAX_GAS, content, build),
         }
     }
 }
 
 /// Cached result of some content.
 fn known<T>(all: &Mutex<VecDeque<(Fingerprint, Arc<T>)>>, content: Fingerprint) -> Option<Arc<T>> {
-    all.lock().ok().and_then(|all| all.iter().find(|(of, _)| *of == content).map(|(_, kept)| kept.clone()))
+    all.lock().ok().and_then(|all| all.iter().find(|(known, _)| *known == content).map(|(_, value)| value.clone()))
 }
 
 /// Cached or new result of some content; the cache is bounded.
-fn kept<T>(
+fn cached<T>(
     all: &Mutex<VecDeque<(Fingerprint, Arc<T>)>>,
     most: usize,
     content: Fingerprint,
     build: impl FnOnce() -> Result<T>,
 ) -> Result<Arc<T>> {
-    if let Some(kept) = known(all, content) {
-        return Ok(kept);
+    if let Some(value) = known(all, content) {
+        return Ok(value);
     }
     let built = Arc::new(build()?);
     if let Ok(mut all) = all.lock() {

@@ -69,8 +69,8 @@ const ALIASES: [(&str, &str); 1] = [("newton", "midpoint")];
 pub fn methods() -> impl Iterator<Item = MethodEntry> {
     let cached =
         |rule: &'static RuleEntry| MethodEntry { name: rule.name, summary: rule.summary, rule, star_depth: StarDepthSource::Cached };
-    let others = OTHERS.iter().flat_map(|(of, name, summary, star_depth)| {
-        let rules = RULES.iter().filter(move |rule| rule.name == *of);
+    let others = OTHERS.iter().flat_map(|(rule_name, name, summary, star_depth)| {
+        let rules = RULES.iter().filter(move |rule| rule.name == *rule_name);
         rules.map(|rule| MethodEntry { name, summary, rule, star_depth: *star_depth })
     });
     RULES.iter().map(cached).chain(others)

@@ -141,7 +141,9 @@ fn range(density: &dyn Field, receding: &Receding) -> Result<(f64, f64)> {
         Ok(range)
     };
     let planes: Vec<(f64, f64)> = (0..dims[2]).into_par_iter().map(of_plane).collect::<Result<_>>()?;
-    let all = planes.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |all, own| (all.0.min(own.0), all.1.max(own.1)));
+    let all = planes
+        .into_iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |all, plane_range| (all.0.min(plane_range.0), all.1.max(plane_range.1)));
     Ok(if all.0 > all.1 { (0.0, 0.0) } else { all })
 }
 
@@ -165,9 +167,12 @@ fn sliced(grid: &Grid, receding: &Receding, steps: Steps, memory_limit: u64) -> 
             _ if number == usize::from(*lower) + 1 => value * part,
             _ => 0.0,
         };
-        let own: Vec<f32> = values.par_iter().zip(&places).map(share).collect();
-        let is_empty = own.par_iter().all(|value| *value == 0.0);
-        Ok((!is_empty).then(|| Grid::new(lattice.dims, lattice.bounds, own)).transpose()?.map(|grid| Arc::new(grid) as Arc<dyn Field>))
+        let slice_values: Vec<f32> = values.par_iter().zip(&places).map(share).collect();
+        let is_empty = slice_values.par_iter().all(|value| *value == 0.0);
+        Ok((!is_empty)
+            .then(|| Grid::new(lattice.dims, lattice.bounds, slice_values))
+            .transpose()?
+            .map(|grid| Arc::new(grid) as Arc<dyn Field>))
     };
     (0..steps.count).map(slice).collect()
 }
@@ -224,14 +229,14 @@ mod tests {
             for i in inner {
                 // Centres of voxels, where grids are their values.
                 let p = DVec3::new(0.031_25, 0.093_75, (f64::from(i) + 0.5) / 16.0 - 1.0);
-                let own: Vec<f64> = parts.iter().map(|part| part.density.at(p)).collect();
-                let (sum, density) = (own.iter().sum::<f64>(), whole.density.at(p));
+                let densities: Vec<f64> = parts.iter().map(|part| part.density.at(p)).collect();
+                let (sum, density) = (densities.iter().sum::<f64>(), whole.density.at(p));
                 assert!((sum - density).abs() < 1e-6, "{i}: {sum} {density}");
                 // The camera looks down z: what is near it comes closer.
                 let shift = |part: &Emission| (part.spectrum.lines()[0].lambda_um / 0.5 - 1.0) * 299_792.458;
-                let mean = parts.iter().zip(&own).map(|(part, own)| own * shift(part)).sum::<f64>();
+                let mean = parts.iter().zip(&densities).map(|(part, density)| density * shift(part)).sum::<f64>();
                 assert!((mean - density * -20.0 * p.z).abs() < 1e-4 * density.max(1e-9), "{i}: {mean}");
-                assert!(own.iter().filter(|own| **own > 0.0).count() <= most);
+                assert!(densities.iter().filter(|density| **density > 0.0).count() <= most);
             }
         }
         // From near by, away is away from the eye: gas at rest in a frame that recedes from it does so on all sides.

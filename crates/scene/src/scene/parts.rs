@@ -75,7 +75,7 @@ impl Scene {
     fn instrument<'d>(&self, digest: &'d mut Digest) -> &'d mut Digest {
         let Some(instrument) = &self.instrument else { return digest };
         for psf in &instrument.psf {
-            digest.text(&psf.said());
+            digest.text(&psf.description());
         }
         digest.plain(&Instrument { psf: Vec::new(), ..Instrument::clone(instrument) })
     }

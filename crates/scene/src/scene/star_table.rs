@@ -173,8 +173,8 @@ impl Rows<'_> {
 
     /// The properties that all stars share.
     fn constant(&self, columns: &[Column]) -> Vec<(&'static str, Property)> {
-        let said = self.section.properties();
-        let mut constant: Vec<_> = keys().filter_map(|key| Some((key.name, said.get(key.name)?.clone()))).collect();
+        let properties = self.section.properties();
+        let mut constant: Vec<_> = keys().filter_map(|key| Some((key.name, properties.get(key.name)?.clone()))).collect();
         constant.dedup_by_key(|(name, _)| *name);
         if !self.section.has(KIND) && columns.iter().all(|column| column.name != KIND) {
             let kind = if columns.iter().any(|column| column.name == "type") { "stellar" } else { "blackbody" };
@@ -196,16 +196,16 @@ impl Rows<'_> {
             place.push(number.ok_or_else(wrong)?);
         }
         let unit = columns.iter().find(|column| column.name == PLACE[0]).and_then(|x| x.unit.as_deref());
-        let said = |value| Property { value, origin: self.origin(row.line) };
+        let same_line = |value| Property { value, origin: self.origin(row.line) };
         let mut table = Table::new(self.origin(row.line));
-        table.insert("name", said(Value::Text(format!("{}[{}]", self.section.name(), row.number - 1))));
+        table.insert("name", same_line(Value::Text(format!("{}[{}]", self.section.name(), row.number - 1))));
         for (key, property) in constant {
-            table.insert(*key, said(property.value.clone()));
+            table.insert(*key, same_line(property.value.clone()));
         }
-        table.insert("position", said(Value::Quantity(place, unit.unwrap_or(PLACE_UNIT).to_owned())));
+        table.insert("position", same_line(Value::Quantity(place, unit.unwrap_or(PLACE_UNIT).to_owned())));
         // An empty cell says nothing.
         for column in columns.iter().filter(|column| !PLACE.contains(&column.name.as_str()) && !cell(column).is_empty()) {
-            table.insert(column.name.clone(), said(column.value(cell(column))));
+            table.insert(column.name.clone(), same_line(column.value(cell(column))));
         }
         Ok(table)
     }

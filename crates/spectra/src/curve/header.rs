@@ -40,10 +40,13 @@ impl Axis {
             .transpose()?;
         for (cell, words) in cells.iter().flat_map(|cell| cell.units.iter().map(move |words| (cell, words))) {
             match (AxisUnit::parse(words), &unit) {
-                (Some(own), Some(known)) if !own.is(known) => {
-                    return Err(refuse(format!("has both {} and {} for its spectral axis; correct one of them", known.name, own.name)));
+                (Some(unit_here), Some(known)) if !unit_here.is(known) => {
+                    return Err(refuse(format!(
+                        "has both {} and {} for its spectral axis; correct one of them",
+                        known.name, unit_here.name
+                    )));
                 }
-                (Some(own), _) => unit = Some(own),
+                (Some(unit_here), _) => unit = Some(unit_here),
                 (None, _) if cell.is_tied => return Err(unknown(words)),
                 _ => {}
             }
@@ -117,8 +120,9 @@ fn comment_cells(columns: &Columns, column: usize) -> Vec<Cell> {
             cells.push(Cell { quantity: None, units: vec![value.to_owned()], is_tied: true, is_air: false });
         }
     }
-    let last =
-        columns.last_comment(columns.columns.len()).and_then(|mut own| (column < own.len()).then(|| Cell::of(&own.swap_remove(column))));
+    let last = columns
+        .last_comment(columns.columns.len())
+        .and_then(|mut words| (column < words.len()).then(|| Cell::of(&words.swap_remove(column))));
     cells.extend(last.filter(|cell| cell.units.iter().any(|unit| AxisUnit::parse(unit).is_some())));
     cells
 }

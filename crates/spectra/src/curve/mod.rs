@@ -153,14 +153,14 @@ fn unit(name: &str, columns: &Columns, axis: &Axis, key: Option<&str>) -> Result
             refuse(format!("unit = \"{key}\" is not a unit of wavelength, wavenumber, frequency or photon energy; {REMEDY}"))
         })?;
         return match &axis.unit {
-            Some(own) if !own.is(&wanted) => {
-                Err(refuse(format!("the file has {}, the key unit {}; correct one of them", own.name, wanted.name)))
+            Some(unit_here) if !unit_here.is(&wanted) => {
+                Err(refuse(format!("the file has {}, the key unit {}; correct one of them", unit_here.name, wanted.name)))
             }
             _ => Ok((wanted, Origin::Key)),
         };
     }
-    if let Some(own) = &axis.unit {
-        return Ok((own.clone(), Origin::File));
+    if let Some(unit_here) = &axis.unit {
+        return Ok((unit_here.clone(), Origin::File));
     }
     let numbers = || columns.rows.iter().map(|(_, row)| row[axis.column]);
     let (low, high) = numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));

@@ -96,11 +96,11 @@ fn keys_state_unit_and_column() {
     assert!(wrong("wave_nm,t\n", "um").contains("has nm"));
     assert!(wrong("", "furlong").contains("furlong"));
     let three = "nm,id,filter_a,filter_b\n500,1,0.1,0.2\n600,1,0.3,0.4\n";
-    let of = |column| SpectralCurve::parse("t", three, options(None, column));
-    assert!(of(None).unwrap_err().to_string().contains("filter_a"));
-    assert_eq!(of(Some("filter_b")).unwrap().table.y(), [0.2, 0.4]);
-    assert_eq!(of(Some("3")).unwrap().table.y(), [0.1, 0.3]);
-    assert!(of(Some("1")).is_err() && of(Some("x")).is_err() && of(Some("9")).is_err());
+    let parsed = |column| SpectralCurve::parse("t", three, options(None, column));
+    assert!(parsed(None).unwrap_err().to_string().contains("filter_a"));
+    assert_eq!(parsed(Some("filter_b")).unwrap().table.y(), [0.2, 0.4]);
+    assert_eq!(parsed(Some("3")).unwrap().table.y(), [0.1, 0.3]);
+    assert!(parsed(Some("1")).is_err() && parsed(Some("x")).is_err() && parsed(Some("9")).is_err());
     let marked = SpectralCurve::parse("t", "nm,error,throughput\n500,9,0.1\n600,9,0.3\n", options(None, None)).unwrap();
     assert_eq!(marked.table.y(), [0.1, 0.3]);
 }
@@ -139,8 +139,8 @@ fn rows_are_ordered_and_finite() {
 /// A flux that is flat in F_ν falls by (500/600)² in F_λ.
 #[test]
 fn fluxes_per_frequency_are_converted() {
-    let of = |head: &str| SpectralCurve::parse("t", &format!("{head}\n500,1\n600,1\n"), CurveOptions::of_file(Ordinate::FluxDensity));
-    let ratio = |head: &str| of(head).map(|curve| curve.table.y()[1] / curve.table.y()[0]);
+    let parsed = |head: &str| SpectralCurve::parse("t", &format!("{head}\n500,1\n600,1\n"), CurveOptions::of_file(Ordinate::FluxDensity));
+    let ratio = |head: &str| parsed(head).map(|curve| curve.table.y()[1] / curve.table.y()[0]);
     assert!((ratio("nm,flux [Jy]").unwrap() - (5.0f64 / 6.0).powi(2)).abs() < 1e-12);
     assert!((ratio("nm,flux [PHOTLAM]").unwrap() - 5.0 / 6.0).abs() < 1e-12);
     assert_eq!(ratio("nm,flux [erg/s/cm2/A]").unwrap(), 1.0);

@@ -59,8 +59,8 @@ impl ExtinctionLaw for Gordon23 {
     }
 }
 
-fn optical(of: &Optical, x: f64) -> f64 {
-    let (coefficients, drudes) = of;
+fn optical(parameters: &Optical, x: f64) -> f64 {
+    let (coefficients, drudes) = parameters;
     let polynomial = coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
     let profile = |[amplitude, centre, width]: &[f64; 3]| {
         amplitude * (width / centre).powi(2) / ((x / centre - centre / x).powi(2) + (width / centre).powi(2))

@@ -32,7 +32,7 @@ const MILKY_WAY: [(f64, LawEntry); 3] = [(3.1, DRAINE_RV31), (4.0, DRAINE_RV40),
 
 /// The model of the Milky Way whose R_V is nearest to `r_v`: its name and its extinction law.
 pub(super) fn nearest_in_the_milky_way(r_v: f64) -> LawEntry {
-    let away = |own: f64| (own - r_v).abs();
+    let away = |known: f64| (known - r_v).abs();
     MILKY_WAY.iter().fold(MILKY_WAY[0], |best, row| if away(row.0) < away(best.0) { *row } else { best }).1
 }
 

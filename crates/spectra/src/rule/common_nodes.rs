@@ -54,9 +54,9 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
     }
     let nodes = nodes(problem);
     let weights: Vec<Vec<f64>> = problem.sources.iter().map(|source| interpolated(&nodes, &source.measure)).collect();
-    let taken = |j: &usize| weights.iter().any(|own| own[*j] != 0.0);
+    let taken = |j: &usize| weights.iter().any(|row| row[*j] != 0.0);
     let (first, end) = ((0..nodes.len()).find(taken).unwrap_or(0), (0..nodes.len()).rfind(taken).map_or(1, |last| last + 1));
-    let weights = weights.iter().map(|own| own[first..end].to_vec()).collect();
+    let weights = weights.iter().map(|row| row[first..end].to_vec()).collect();
     Ok(BandRule::certified(problem, Form::CommonNodes(CommonNodes { nodes, first, weights })))
 }
 
@@ -222,7 +222,7 @@ mod tests {
                 assert!(solved.form.decay().terms() <= STENCIL + 2);
                 (nodes.len(), solved.certificates[0].relative)
             };
-            (0..60).map(of_band).fold((0, 0.0f64), |all, own| (own.0, all.1.max(own.1)))
+            (0..60).map(of_band).fold((0, 0.0f64), |all, band_error| (band_error.0, all.1.max(band_error.1)))
         };
         let (count, error) = worst(None);
         assert!(count <= 30 && error < 1e-3, "{count} {error:e}");

@@ -19,15 +19,15 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
 const MAX_NODES: usize = 128;
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
-    let of = |n: usize| with_panels(problem, 1, &gauss_legendre(n));
+    let attempt = |n: usize| with_panels(problem, 1, &gauss_legendre(n));
     if let Some(n) = problem.settings.count {
-        return Ok(of(n));
+        return Ok(attempt(n));
     }
     let mut n = 2;
-    let mut rule = of(n);
+    let mut rule = attempt(n);
     while rule.worst() > problem.accuracy && n < MAX_NODES {
         n += (n / 4).max(1);
-        rule = of(n);
+        rule = attempt(n);
     }
     Ok(rule)
 }

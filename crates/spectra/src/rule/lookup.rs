@@ -120,16 +120,16 @@ fn ratio(value: f64, scale: f64) -> f64 {
 }
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
-    let of = |entries: usize| {
+    let table = |entries: usize| {
         let tables = problem.sources.iter().map(|s| DepthTable::new(&s.measure, problem.depth, entries)).collect();
         let weights = problem.sources.iter().map(|s| [s.measure.total()]).collect();
         BandRule::certified(problem, Form::Lookup(Lookup { tables, weights }))
     };
     let mut entries = problem.settings.count.unwrap_or(MIN_ENTRIES).max(2);
-    let mut rule = of(entries);
+    let mut rule = table(entries);
     while problem.settings.count.is_none() && rule.worst() > problem.accuracy && entries < MAX_ENTRIES {
         entries *= 2;
-        rule = of(entries);
+        rule = table(entries);
     }
     Ok(rule)
 }

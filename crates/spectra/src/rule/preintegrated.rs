@@ -56,8 +56,8 @@ impl SegmentTable {
     /// The table of points (k, mass).
     fn new(points: &[(f64, f64)], step: f64, entries: usize) -> Self {
         let total: f64 = points.iter().map(|p| p.1).sum();
-        let of = |x: f64| if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
-        let at = |delta: f64| points.iter().map(|(k, mass)| mass * of(k * delta)).sum::<f64>() / total;
+        let mean_to = |x: f64| if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
+        let at = |delta: f64| points.iter().map(|(k, mass)| mass * mean_to(k * delta)).sum::<f64>() / total;
         let mean = if total > 0.0 { (0..entries).map(|i| at((step * i as f64).powi(2))).collect() } else { vec![1.0; 2] };
         Self { step, mean }
     }
@@ -131,12 +131,12 @@ impl Decay for Preintegrated {
 }
 
 fn solve(problem: &BandProblem) -> Result<BandRule> {
-    let of = |count: usize| BandRule::certified(problem, Form::Preintegrated(Preintegrated::new(problem, count)));
+    let attempt = |count: usize| BandRule::certified(problem, Form::Preintegrated(Preintegrated::new(problem, count)));
     let mut count = problem.settings.count.unwrap_or(1);
-    let mut rule = of(count);
+    let mut rule = attempt(count);
     while problem.settings.count.is_none() && rule.worst() > problem.accuracy && count < MAX_INTERVALS {
         count *= 2;
-        rule = of(count);
+        rule = attempt(count);
     }
     Ok(rule)
 }

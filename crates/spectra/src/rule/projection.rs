@@ -91,7 +91,7 @@ impl Projection {
     pub fn means(&self, low: f64, high: f64) -> impl Iterator<Item = f64> + '_ {
         let (first, last) = (self.place(low), self.place(high));
         let end = self.step * (self.coordinates.len() - 1) as f64;
-        let (steps, held) = ((high - low) / self.step, (high.max(end) - low.max(end)) / self.step);
+        let (steps, span) = ((high - low) / self.step, (high.max(end) - low.max(end)) / self.step);
         (0..self.basis.size()).map(move |element| {
             let (from, to) = (self.value(first, element), self.value(last, element));
             if steps < ONE_DEPTH {
@@ -104,7 +104,7 @@ impl Projection {
                 let after = 0.5 * last.fraction * (self.coordinates[last.gap][element] + to);
                 before + after + (self.left[first.gap + 1][element] - self.left[last.gap][element]) / self.step
             };
-            (within + held * to) / steps
+            (within + span * to) / steps
         })
     }
 }
@@ -153,17 +153,17 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
         Criterion::Filter => Domain::new(problem.domain_um, problem.k, weight)?,
         Criterion::Mean | Criterion::Largest => Domain::new(problem.common_um, problem.k, |_| 1.0)?,
     };
-    let of = |size: usize| Ok(BandRule::certified(problem, Form::Projection(Projection::new(problem, &domain, size)?)));
+    let sized = |size: usize| Ok(BandRule::certified(problem, Form::Projection(Projection::new(problem, &domain, size)?)));
     if let Some(size) = problem.settings.count {
-        return of(size);
+        return sized(size);
     }
-    let mut best: BandRule = of(1)?;
+    let mut best: BandRule = sized(1)?;
     for size in 2..=MAX_SIZE {
         if best.worst() <= SHARE * problem.accuracy {
             break;
         }
         // Elements that rounding can no longer tell apart end the growth.
-        match of(size) {
+        match sized(size) {
             Ok(rule) if rule.worst() < best.worst() => best = rule,
             _ => break,
         }

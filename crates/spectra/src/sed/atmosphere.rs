@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn what_the_grid_does_not_hold_is_refused() {
-        for (t, log_g, said) in [
+        for (t, log_g, expected) in [
             (9999.0, 4.0, "cover 10000 to 50000 K"),
             (50001.0, 5.0, "cover 10000"),
             (45000.0, 4.0, "cover log g = 4.5 to 5"),
@@ -174,7 +174,7 @@ mod tests {
             (20000.0, f64::NAN, "log_g is NaN"),
         ] {
             let message = atmosphere(Temperature(t), log_g).unwrap_err().to_string();
-            assert!(message.contains(said), "{message}");
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

@@ -10,12 +10,12 @@ use crate::table::Table;
 const PICKLES: &str = include_str!("../../data/stars/pickles.csv");
 
 /// Reads a table once: a scene may have thousands of stars.
-pub(super) fn once<T>(kept: &'static OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&'static T> {
-    match kept.get() {
+pub(super) fn once<T>(cell: &'static OnceLock<T>, read: impl FnOnce() -> Result<T>) -> Result<&'static T> {
+    match cell.get() {
         Some(known) => Ok(known),
         None => {
             let known = read()?;
-            Ok(kept.get_or_init(|| known))
+            Ok(cell.get_or_init(|| known))
         }
     }
 }
@@ -28,13 +28,13 @@ pub fn star_names() -> impl Iterator<Item = &'static str> {
 
 /// Library entry of a spectrum, in words.
 pub fn star_summary(name: &str) -> String {
-    let Some(own) = SpectralType::parse(name) else { return String::new() };
-    let metals = match own.metals {
+    let Some(wanted) = SpectralType::parse(name) else { return String::new() };
+    let metals = match wanted.metals {
         'r' => ", metal-rich",
         'w' => ", metal-weak",
         _ => "",
     };
-    format!("{} {}{metals}, Pickles 1998, 0.115 to 2.5 um", own.letter(), own.roman())
+    format!("{} {}{metals}, Pickles 1998, 0.115 to 2.5 um", wanted.letter(), wanted.roman())
 }
 
 /// The library: type and spectrum of each column.
@@ -45,9 +45,9 @@ fn library() -> Result<&'static [(SpectralType, Arc<Table>)]> {
         let columns = embedded_columns("pickles", PICKLES, names.len() + 1)?;
         let lambda_um: Vec<f64> = columns[0].iter().map(|nm| nm * 1e-3).collect();
         let star = |(name, flux): (&&str, &Vec<f64>)| {
-            let own =
+            let nearest =
                 SpectralType::parse(name).ok_or_else(|| SpectraError::table("pickles", format!("\"{name}\" is not a spectral type")))?;
-            Ok((own, Arc::new(Table::new(name, lambda_um.clone(), flux.clone())?)))
+            Ok((nearest, Arc::new(Table::new(name, lambda_um.clone(), flux.clone())?)))
         };
         names.iter().zip(&columns[1..]).map(star).collect()
     };
@@ -68,11 +68,11 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
             "\"{name}\" is no spectral type; one has a letter of OBAFGKM, a subclass and a luminosity class, such as B3V, M2 Iab or K0III (catalogue \"stars\")"
         ))
     })?;
-    let mut own: Vec<&(SpectralType, Arc<Table>)> =
+    let mut nearest: Vec<&(SpectralType, Arc<Table>)> =
         library()?.iter().filter(|(t, _)| t.luminosity == wanted.luminosity && t.metals == wanted.metals).collect();
-    own.sort_by(|a, b| a.0.subclass.total_cmp(&b.0.subclass));
-    let above = own.partition_point(|(t, _)| t.subclass < wanted.subclass);
-    let neighbours = (above.checked_sub(1).and_then(|i| own.get(i)), own.get(above));
+    nearest.sort_by(|a, b| a.0.subclass.total_cmp(&b.0.subclass));
+    let above = nearest.partition_point(|(t, _)| t.subclass < wanted.subclass);
+    let neighbours = (above.checked_sub(1).and_then(|i| nearest.get(i)), nearest.get(above));
     match neighbours {
         (_, Some((t, spectrum))) if t.subclass == wanted.subclass => Ok(spectrum.clone()),
         (Some((low, a)), Some((high, b))) if high.subclass - low.subclass <= WIDEST => {
@@ -89,7 +89,7 @@ pub fn star(name: &str) -> Result<Arc<Table>> {
                     high.letter()
                 )));
             }
-            let ends = own.first().zip(own.last()).map(|(a, b)| format!("from {} to {}", a.0.letter(), b.0.letter()));
+            let ends = nearest.first().zip(nearest.last()).map(|(a, b)| format!("from {} to {}", a.0.letter(), b.0.letter()));
             Err(SpectraError::SpectralType(format!(
                 "the library has luminosity class {} {}, which does not include \"{name}\"; use a black body, or another class (catalogue \"stars\")",
                 wanted.roman(),

@@ -75,21 +75,21 @@ mod tests {
 
     #[test]
     fn types_are_read_as_they_are_written() {
-        let of = |name: &str| SpectralType::parse(name).map(|t| (t.metals, t.subclass, t.luminosity));
+        let class = |name: &str| SpectralType::parse(name).map(|t| (t.metals, t.subclass, t.luminosity));
         for name in ["B3V", "b3v", " B3 V ", "B3 Ve"] {
-            assert_eq!(of(name), Some((' ', 13.0, 5)), "{name}");
+            assert_eq!(class(name), Some((' ', 13.0, 5)), "{name}");
         }
-        assert_eq!(of("O9.5 Iab"), Some((' ', 9.5, 1)));
-        assert_eq!(of("k0III"), Some((' ', 50.0, 3)));
-        assert_eq!(of("m2p5v"), Some((' ', 62.5, 5)));
-        assert_eq!(of("b57v"), Some((' ', 16.0, 5)));
-        assert_eq!(of("B2-3 IV"), Some((' ', 12.5, 4)));
-        assert_eq!(of("m10iii"), Some((' ', 70.0, 3)));
-        assert_eq!(of("rG5III"), Some(('r', 45.0, 3)));
+        assert_eq!(class("O9.5 Iab"), Some((' ', 9.5, 1)));
+        assert_eq!(class("k0III"), Some((' ', 50.0, 3)));
+        assert_eq!(class("m2p5v"), Some((' ', 62.5, 5)));
+        assert_eq!(class("b57v"), Some((' ', 16.0, 5)));
+        assert_eq!(class("B2-3 IV"), Some((' ', 12.5, 4)));
+        assert_eq!(class("m10iii"), Some((' ', 70.0, 3)));
+        assert_eq!(class("rG5III"), Some(('r', 45.0, 3)));
         for name in
             ["", "V", "B3", "Q3V", "B3VI", "b-3v", "DA2", "WN5", "b..v", "b1e9v", "b1e0v", "F5IV-V", "B1III/IV", "B2V+B3V", "K10V", "B52V"]
         {
-            assert_eq!(of(name), None, "{name}");
+            assert_eq!(class(name), None, "{name}");
         }
         assert_eq!(SpectralType::parse("b2.5iv").map(|t| t.letter() + &t.roman()), Some("B2.5IV".into()));
     }

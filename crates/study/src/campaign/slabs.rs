@@ -69,8 +69,8 @@ impl Dice {
         low * (high / low).powf(self.next())
     }
 
-    fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
-        of[((self.next() * of.len() as f64) as usize).min(of.len() - 1)]
+    fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[((self.next() * choices.len() as f64) as usize).min(choices.len() - 1)]
     }
 }
 
@@ -111,7 +111,7 @@ impl Case {
         bands.dedup();
         let pivot = Passband::by_name(bands[0])?.pivot().0;
         let radiance = 1e-6;
-        let (shape, said) = match place {
+        let (shape, words) = match place {
             Place::Behind => Self::background(&mut dice, pivot, radiance),
             Place::Within => Self::gas(&mut dice, pivot, radiance),
         };
@@ -138,7 +138,7 @@ density = "box"
 scale = "{sigma} /pc"
 law = "{}"
 {ratio}albedo = 0.0
-{said}[method]
+{words}[method]
 name = "{method}"
 accuracy = {accuracy}
 bake = 4
@@ -159,17 +159,17 @@ wavelength = "{pivot} um"
         );
         if dice.next() < 0.5 {
             let temperature = dice.between(2000.0, 50_000.0);
-            let said = format!("{head}kind = \"blackbody\"\ntemperature = \"{temperature} K\"\n");
-            return (Shape::BlackBody(temperature, pivot), said);
+            let star = format!("{head}kind = \"blackbody\"\ntemperature = \"{temperature} K\"\n");
+            return (Shape::BlackBody(temperature, pivot), star);
         }
         let exponent = -4.0 + 8.0 * dice.next();
-        let said = format!(
+        let star = format!(
             r#"{head}kind = "power_law"
 exponent = {exponent}
 reference = "{pivot} um"
 "#
         );
-        (Shape::PowerLaw(exponent, pivot), said)
+        (Shape::PowerLaw(exponent, pivot), star)
     }
 
     /// A gas that glows within the box, and how a scene says it.
@@ -206,7 +206,7 @@ density = "box"
         }
     }
 
-    fn said(&self) -> String {
+    fn toml(&self) -> String {
         let place = if self.place == Place::Behind { "behind" } else { "within" };
         match self.shape {
             Shape::BlackBody(t, _) => format!("black body of {t:.0} K {place}"),
@@ -269,7 +269,7 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
         let stated = stated.map_or((0.0, 0.0), |(_, c)| (c.absolute, c.relative));
         Ok(Some(Outcome {
             method: case.method,
-            what: format!("{number}: {name}, {}, sigma {:.3}/pc, {}", case.law_name, case.sigma, case.said()),
+            what: format!("{number}: {name}, {}, sigma {:.3}/pc, {}", case.law_name, case.sigma, case.toml()),
             absolute: (absolute, stated.0),
             relative: (relative, stated.1),
         }))
@@ -295,22 +295,23 @@ pub(super) fn campaign(place: Place, control: &Control) -> Result<Findings> {
         all.len()
     );
     let rows = methods().filter_map(|method| {
-        let own: Vec<&Outcome> = all.iter().filter(|o| o.method == method.name).collect();
-        let largest =
-            |of: fn(&Outcome) -> (f64, f64)| own.iter().map(|o| of(o)).map(|(f, s)| (f - INTEGRAL).max(0.0) / s).fold(0.0, f64::max);
+        let outcomes: Vec<&Outcome> = all.iter().filter(|o| o.method == method.name).collect();
+        let largest = |quantity: fn(&Outcome) -> (f64, f64)| {
+            outcomes.iter().map(|o| quantity(o)).map(|(f, s)| (f - INTEGRAL).max(0.0) / s).fold(0.0, f64::max)
+        };
         let median = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
         };
-        (!own.is_empty()).then(|| {
+        (!outcomes.is_empty()).then(|| {
             vec![
                 method.name.to_owned(),
-                own.len().to_string(),
-                short(median(own.iter().map(|o| o.absolute.1).collect())),
-                short(median(own.iter().map(|o| o.absolute.0).collect())),
+                outcomes.len().to_string(),
+                short(median(outcomes.iter().map(|o| o.absolute.1).collect())),
+                short(median(outcomes.iter().map(|o| o.absolute.0).collect())),
                 short(largest(|o| o.absolute)),
                 short(largest(|o| o.relative)),
-                own.iter().filter(|o| o.excess() > 1.0).count().to_string(),
+                outcomes.iter().filter(|o| o.excess() > 1.0).count().to_string(),
             ]
         })
     });
@@ -334,9 +335,9 @@ mod tests {
     /// Holds some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth
     /// would be. Beside them `known`, which once exceeded theirs.
     fn hold(place: Place, known: &[usize]) {
-        let of = |n: usize| outcomes(place, n, &Control::default()).unwrap();
+        let tried = |n: usize| outcomes(place, n, &Control::default()).unwrap();
         let numbers: Vec<usize> = (0..240).chain(known.iter().copied()).collect();
-        let all: Vec<Outcome> = numbers.into_par_iter().filter_map(of).flatten().collect();
+        let all: Vec<Outcome> = numbers.into_par_iter().filter_map(tried).flatten().collect();
         assert!(all.len() > 300 && methods().filter(|m| m.name != "sampled").all(|m| all.iter().any(|o| o.method == m.name)));
         let exceeded = all.iter().filter(|o| o.excess() > 1.0);
         let words: Vec<String> = exceeded.map(|o| format!("{} {}: {:?} {:?}", o.method, o.what, o.absolute, o.relative)).collect();

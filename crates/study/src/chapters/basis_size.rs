@@ -28,7 +28,7 @@ fn run(control: &Control) -> Result<Findings> {
         control.check()?;
         let domain = Domain::new(ends, |l| 0.55 / l, |_| 1.0)?;
         let bases: Vec<Basis> = (1..=MAX_SIZE).map_while(|n| Basis::optimal(&domain, RANGE, n, Criterion::Mean).ok()).collect();
-        let points = |of: &dyn Fn(&Basis) -> f64| bases.iter().map(|b| (b.size() as f64, of(b))).collect::<Vec<(f64, f64)>>();
+        let points = |quantity: &dyn Fn(&Basis) -> f64| bases.iter().map(|b| (b.size() as f64, quantity(b))).collect::<Vec<(f64, f64)>>();
         norm.push(Series { name: name.into(), points: points(&Basis::mean_error) });
         best.push(Series { name: format!("{name}, exponentials"), points: points(&Basis::rms_error) });
         best.push(Series { name: format!("{name}, best linear"), points: points(&|b| best_linear_error(&domain, RANGE, b.size())) });

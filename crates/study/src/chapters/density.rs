@@ -39,12 +39,13 @@ fn spectra() -> Result<Figure> {
     let bases = [3, 5].map(|n| Basis::optimal(&domain, DEEPEST, n, Criterion::Mean));
     let mut series = Vec::new();
     for a in SHOWN {
-        let of = |value: &dyn Fn(f64) -> f64| (0..160).map(|i| (lambda(i), star.at(lambda(i)) / peak * value(0.55 / lambda(i)))).collect();
-        series.push(Series { name: format!("a = {a}"), points: of(&|k| (-a * k).exp()) });
+        let curve =
+            |value: &dyn Fn(f64) -> f64| (0..160).map(|i| (lambda(i), star.at(lambda(i)) / peak * value(0.55 / lambda(i)))).collect();
+        series.push(Series { name: format!("a = {a}"), points: curve(&|k| (-a * k).exp()) });
         for basis in bases.iter().flatten() {
             let q = basis.coordinates(a);
             let value = |k: f64| basis.elements(k).iter().zip(&q).map(|(e, q)| e * q).sum::<f64>();
-            series.push(Series { name: format!("a = {a}, {} elements", basis.size()), points: of(&value) });
+            series.push(Series { name: format!("a = {a}, {} elements", basis.size()), points: curve(&value) });
         }
     }
     Ok(Figure {

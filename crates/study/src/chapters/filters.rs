@@ -52,8 +52,8 @@ struct Timed {
 }
 
 fn contenders() -> Vec<(&'static str, Option<usize>)> {
-    let of = |(name, counts): &(&'static str, &'static [usize])| counts.iter().map(|n| (*name, Some(*n))).collect::<Vec<_>>();
-    METHODS.iter().flat_map(of).chain(SINGLE.map(|name| (name, None))).collect()
+    let counts_of = |(name, counts): &(&'static str, &'static [usize])| counts.iter().map(|n| (*name, Some(*n))).collect::<Vec<_>>();
+    METHODS.iter().flat_map(counts_of).chain(SINGLE.map(|name| (name, None))).collect()
 }
 
 fn run(control: &Control) -> Result<Findings> {
@@ -132,8 +132,8 @@ impl<'a> Measured<'a> {
 
     /// Time and error of each size of a method.
     fn points(&self, name: &str) -> Vec<(f64, f64)> {
-        let own = self.times.iter().zip(&self.errors).filter(|(t, _)| t.name == name);
-        own.filter_map(|(t, e)| e.map(|e| (t.seconds, e))).collect()
+        let points = self.times.iter().zip(&self.errors).filter(|(t, _)| t.name == name);
+        points.filter_map(|(t, e)| e.map(|e| (t.seconds, e))).collect()
     }
 
     /// Time and error of one size.
@@ -177,8 +177,8 @@ impl<'a> Measured<'a> {
 
     /// For each method, the size and time that it takes to keep [`WANTED`].
     fn needed(&self) -> Vec<Vec<String>> {
-        let of = |name: &'static str| self.times.iter().zip(&self.errors).filter(move |(t, _)| t.name == name);
-        let good = |name: &'static str| of(name).find(|(_, e)| e.is_some_and(|e| e <= WANTED));
+        let outcomes = |name: &'static str| self.times.iter().zip(&self.errors).filter(move |(t, _)| t.name == name);
+        let good = |name: &'static str| outcomes(name).find(|(_, e)| e.is_some_and(|e| e <= WANTED));
         let default = good("band_quadrature").map_or(f64::NAN, |(t, _)| t.seconds);
         let row = |name: &'static str| match good(name) {
             Some((t, e)) => {
@@ -186,7 +186,7 @@ impl<'a> Measured<'a> {
                 vec![name.to_owned(), size, e.map_or("-".into(), short), format!("{:.1}", t.seconds / default)]
             }
             None => {
-                let best = of(name).filter_map(|(_, e)| *e).fold(f64::NAN, f64::min);
+                let best = outcomes(name).filter_map(|(_, e)| *e).fold(f64::NAN, f64::min);
                 vec![name.to_owned(), "none tried".into(), short(best), "-".into()]
             }
         };

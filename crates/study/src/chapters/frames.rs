@@ -94,8 +94,8 @@ fn run(control: &Control) -> Result<Findings> {
             "### {name}\n\n{}",
             table(&["method", "frame [s]", "times faster than Barrès & Neyret's midpoint", "error", "without the brightest 5 %"], &rows)
         );
-        let of = |method: &str| timed.iter().find(|(c, _)| c.method == method).map_or(f64::NAN, |(_, s)| *s);
-        let claims = claims(stars, slowest, of("analytic"), of("projection"), of("propagation"), of("band_quadrature"));
+        let seconds = |method: &str| timed.iter().find(|(c, _)| c.method == method).map_or(f64::NAN, |(_, s)| *s);
+        let claims = claims(stars, slowest, seconds("analytic"), seconds("projection"), seconds("propagation"), seconds("band_quadrature"));
         findings.text += &claims.iter().map(Claim::in_words).collect::<String>();
         findings.text += "\n";
         missed |= claims.iter().any(|c| !c.holds());

@@ -88,9 +88,9 @@ fn frames(plans: [&Planned; 2], edge: usize, control: &Control) -> Result<[f64; 
 /// Relative rms difference from a truth, what chance adds to it taken off, and what that is.
 fn error(ours: &[f64], film: &path::Film) -> (f64, f64) {
     let sum = |value: &dyn Fn(usize) -> f64| (0..ours.len()).map(value).sum::<f64>();
-    let of = |i: usize| (film.estimates[i].mean, film.estimates[i].error());
-    let power = sum(&|i| of(i).0.powi(2));
-    let (wrong, chance) = (sum(&|i| (ours[i] - of(i).0).powi(2)), sum(&|i| of(i).1.powi(2)));
+    let estimate = |i: usize| (film.estimates[i].mean, film.estimates[i].error());
+    let power = sum(&|i| estimate(i).0.powi(2));
+    let (wrong, chance) = (sum(&|i| (ours[i] - estimate(i).0).powi(2)), sum(&|i| estimate(i).1.powi(2)));
     (((wrong - chance).max(0.0) / power).sqrt(), (chance / power).sqrt())
 }
 

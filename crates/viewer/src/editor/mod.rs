@@ -221,7 +221,7 @@ values = ["4 mag/pc", "5 mag/pc"]
 [sequence]
 "#;
 
-    fn said(text: &str) -> Document {
+    fn document_of(text: &str) -> Document {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.toml");
         std::fs::write(&path, text).unwrap();
@@ -251,7 +251,7 @@ values = ["4 mag/pc", "5 mag/pc"]
                 let without = |text: String, part: &str| if is_camera { text.replace(part, "") } else { text };
                 let text = without(SCENE.to_owned(), "[background.catalogue]\nfile = \"sky.csv\"\n");
                 let text = without(without(text, "[background.stars]"), "[camera.stereo]\neye_distance = \"0.1 pc\"\n");
-                let mut document = said(&text);
+                let mut document = document_of(&text);
                 let place = place(row.path);
                 if kind.name == "power_law" && row.path == "star" {
                     let key = row.keys_of(None).find(|k| k.name == "spectral_luminosity").unwrap();
@@ -290,7 +290,7 @@ high = "510 nm"
 count = 5
 "#;
             let text = if row.path == "spectrograph" { SCENE.replace(bands, spectrograph) } else { SCENE.to_owned() };
-            let document = || said(&text);
+            let document = || document_of(&text);
             let base = document();
             let place = place(row.path);
             let here = table(base.toml().as_table(), &place).unwrap();

@@ -21,7 +21,7 @@ impl Model {
 
     /// The latest moment that can be gone to \[s\].
     pub fn reach(&self) -> f64 {
-        self.duration().map_or(DURATION, |own| (own + BEYOND).max(DURATION))
+        self.duration().map_or(DURATION, |duration| (duration + BEYOND).max(DURATION))
     }
 
     /// The number of the frame that shows the moment, where frames are counted.

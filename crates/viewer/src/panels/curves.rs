@@ -157,7 +157,7 @@ fn curve(ui: &mut Ui, model: &Model, (track, name, values): (usize, &str, &Track
     // Of two at one place the last one, which can go on.
     let away = |key: &usize, x: f32| (place(*key).x - x).abs();
     let nearest = |x: f32| (0..times.len()).rev().min_by(|a, b| away(a, x).total_cmp(&away(b, x))).filter(|key| away(key, x) < GRIP);
-    let held = Id::unique(("key held", track));
+    let drag_id = Id::unique(("key held", track));
     let Some(pointer) = strip.response.interact_pointer_pos() else { return };
     let began = ui.input(|i| i.pointer.press_origin()).unwrap_or(pointer);
     if strip.response.drag_started() {
@@ -167,15 +167,15 @@ fn curve(ui: &mut Ui, model: &Model, (track, name, values): (usize, &str, &Track
         };
         let dragged = |key| DraggedKey { key, number: number(key), a_point: strip.a_point(), duration: strip.duration };
         let taken = nearest(began.x).map(dragged);
-        ui.data_mut(|data| data.insert_temp(held, taken));
+        ui.data_mut(|data| data.insert_temp(drag_id, taken));
     }
-    let taken = ui.data(|data| data.get_temp::<Option<DraggedKey>>(held)).flatten().filter(|held| held.key < times.len());
+    let taken = ui.data(|data| data.get_temp::<Option<DraggedKey>>(drag_id)).flatten().filter(|drag| drag.key < times.len());
     let edit = if strip.response.secondary_clicked() {
         nearest(pointer.x).map(|key| dropped(track, key))
     } else if strip.response.double_clicked() {
         let time = (1e3 * strip.time(pointer.x)).round() / 1e3;
-        let is_free = times.iter().all(|own| (own - time).abs() >= APART);
-        is_free.then(|| added(track, times.partition_point(|own| *own < time), time, &values.at(time)))
+        let is_free = times.iter().all(|known| (known - time).abs() >= APART);
+        is_free.then(|| added(track, times.partition_point(|known| *known < time), time, &values.at(time)))
     } else if let (true, Some(DraggedKey { key, number, a_point, duration })) = (strip.response.dragged(), taken) {
         let least = if key > 0 { times[key - 1] + APART } else { 0.0 };
         let most = times.get(key + 1).map_or(duration, |next| next - APART);

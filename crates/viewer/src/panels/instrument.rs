@@ -18,7 +18,7 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let instrument = model.document.scene().instrument.clone();
     ui.horizontal(|ui| {
         let label = ui.label("instrument");
-        let now = instrument.as_ref().map_or("none", |own| own.name.as_str());
+        let now = instrument.as_ref().map_or("none", |known| known.name.as_str());
         let combo = egui::ComboBox::from_id_salt("instrument").selected_text(now).width(180.0).show_ui(ui, |ui| {
             if ui.selectable_label(instrument.is_none(), "none").clicked() {
                 commands.push(Edit::remove("", "instrument").with_name("instrument"));

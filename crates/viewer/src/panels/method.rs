@@ -30,9 +30,9 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             ui.label(format!("{key}: {words}"));
         }
     }
-    if let (With::Finer, [own, truth]) = (&model.comparison.with, &shown.pictures[..]) {
-        for (b, band) in own.image.bands.iter().enumerate() {
-            ui.label(format!("{}: differs by {:.1e} (relative rms)", band.name, own.image.relative_rmse(b, &truth.image, b)));
+    if let (With::Finer, [picture, truth]) = (&model.comparison.with, &shown.pictures[..]) {
+        for (b, band) in picture.image.bands.iter().enumerate() {
+            ui.label(format!("{}: differs by {:.1e} (relative rms)", band.name, picture.image.relative_rmse(b, &truth.image, b)));
         }
     }
     let t = picture.times;

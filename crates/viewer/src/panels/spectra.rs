@@ -54,8 +54,8 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     if model.document.toml().get("gas").is_some() {
         section(ui, "Gas ionised by stars", true, |ui| {
             editor::keys(ui, &model.document, "gas", commands);
-            for told in model.document.scene().ionised().iter().flat_map(|gas| gas.told()) {
-                ui.weak(told);
+            for note in model.document.scene().ionised().iter().flat_map(|gas| gas.notes()) {
+                ui.weak(note);
             }
         });
     }
@@ -88,8 +88,8 @@ fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
         "star" => model.document.stars().iter().map(|s| s.name.clone()).collect(),
         // Those that stars make of [gas] come behind, and have no table of their own.
         _ => {
-            let own = count(model.document.toml().as_table(), name);
-            model.document.scene().species().iter().take(own).map(|e| e.name.clone()).collect()
+            let stated = count(model.document.toml().as_table(), name);
+            model.document.scene().species().iter().take(stated).map(|e| e.name.clone()).collect()
         }
     };
     // Whoever adds one sees its keys.
@@ -207,8 +207,8 @@ fn filters(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     for i in 0..count(model.document.toml().as_table(), "band") {
         section(ui, &format!("band {}", i + 1), false, |ui| editor::keys(ui, &model.document, &format!("band.{i}"), commands));
     }
-    let own = count(model.document.toml().as_table(), "band") > 0;
-    if !own && ui.button("Curves to drag").on_hover_text("write each filter as points, to drag in the plot").clicked() {
+    let is_stated = count(model.document.toml().as_table(), "band") > 0;
+    if !is_stated && ui.button("Curves to drag").on_hover_text("write each filter as points, to drag in the plot").clicked() {
         commands.push(as_points(&model.document.scene().bands));
     }
 }
@@ -222,13 +222,14 @@ fn as_points(bands: &[Passband]) -> Edit {
         let peak = if band.peak() > 1.0 { band.peak() } else { 1.0 };
         // What a photon counts for is said by `counting`, the curve is the throughput alone.
         let weight = |nm: f64| if band.counting().name() == "photon" { band.pivot().nm() / nm } else { 1.0 };
-        let mut own = Table::new();
-        own.insert("name", Item::Value(band.name().into()));
-        own.insert("kind", Item::Value("points".into()));
-        own.insert("counting", Item::Value(band.counting().name().into()));
-        own.insert("throughput", Item::Value(numbers(nm.iter().map(|l| (band.response(1e-3 * l) * weight(*l) / peak).clamp(0.0, 1.0)))));
-        own.insert("nm", Item::Value(numbers(nm)));
-        list.push(own);
+        let mut star_table = Table::new();
+        star_table.insert("name", Item::Value(band.name().into()));
+        star_table.insert("kind", Item::Value("points".into()));
+        star_table.insert("counting", Item::Value(band.counting().name().into()));
+        star_table
+            .insert("throughput", Item::Value(numbers(nm.iter().map(|l| (band.response(1e-3 * l) * weight(*l) / peak).clamp(0.0, 1.0)))));
+        star_table.insert("nm", Item::Value(numbers(nm)));
+        list.push(star_table);
     }
     Edit::new("curves to drag", move |document| {
         document.remove("bands");
@@ -255,7 +256,7 @@ fn curve(range: (f64, f64), logarithmic: bool, f: impl Fn(f64) -> f64) -> Vec<[f
 fn plot(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let scene = model.document.scene();
     let (range, logarithmic) = (range(scene), model.layout.logarithmic);
-    let held = ui.data(|d| d.get_temp::<(usize, usize)>(egui::Id::unique("curve point")));
+    let dragged = ui.data(|d| d.get_temp::<(usize, usize)>(egui::Id::unique("curve point")));
     let points = draggable(model, logarithmic);
     let strong = ui.visuals().strong_text_color();
     let plot = Plot::new("spectra")
@@ -300,21 +301,21 @@ fn plot(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         }
         plot.pointer_coordinate()
     });
-    drag(ui, model, &shown, &points, held, logarithmic, commands);
+    drag(ui, model, &shown, &points, dragged, logarithmic, commands);
 }
 
 /// Points of the scene's own curves, as the plot shows them: which band, and where.
 fn draggable(model: &Model, logarithmic: bool) -> Vec<(usize, Vec<[f64; 2]>)> {
     let root = model.document.toml().as_table();
     let shown = |v: f64, largest: f64| if logarithmic { (v / largest).max(FLOOR).log10() } else { v / largest };
-    let of = |i: usize| {
+    let points = |i: usize| {
         let band = table(root, &format!("band.{i}"))?;
         (band.get("kind")?.as_str()? == "points").then_some(())?;
         let (nm, throughput) = (edit::list(band, "nm")?, edit::list(band, "throughput")?);
         let largest = throughput.iter().copied().fold(1e-9, f64::max);
         Some((i, nm.into_iter().zip(throughput).map(|(l, t)| [l, shown(t, largest)]).collect()))
     };
-    (0..count(root, "band")).filter_map(of).collect()
+    (0..count(root, "band")).filter_map(points).collect()
 }
 
 /// Takes hold of a point, and carries it.
@@ -323,7 +324,7 @@ fn drag(
     model: &Model,
     shown: &egui_plot::PlotResponse<Option<egui_plot::PlotPoint>>,
     points: &[(usize, Vec<[f64; 2]>)],
-    held: Option<(usize, usize)>,
+    dragged: Option<(usize, usize)>,
     logarithmic: bool,
     commands: &mut Commands,
 ) {
@@ -341,10 +342,10 @@ fn drag(
         }
         return;
     }
-    let (Some((band, i)), Some(at), true) = (held, shown.inner, shown.response.dragged()) else { return };
+    let (Some((band, i)), Some(at), true) = (dragged, shown.inner, shown.response.dragged()) else { return };
     let place = format!("band.{band}");
-    let Some(own) = table(model.document.toml().as_table(), &place) else { return };
-    let (Some(mut nm), Some(mut throughput)) = (edit::list(own, "nm"), edit::list(own, "throughput")) else { return };
+    let Some(band_table) = table(model.document.toml().as_table(), &place) else { return };
+    let (Some(mut nm), Some(mut throughput)) = (edit::list(band_table, "nm"), edit::list(band_table, "throughput")) else { return };
     let largest = throughput.iter().copied().fold(1e-9, f64::max);
     // Points keep their order: each stays between its neighbours.
     let low = if i == 0 { 1.0 } else { nm[i - 1] + 0.01 };

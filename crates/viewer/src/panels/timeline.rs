@@ -25,11 +25,11 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         if ui.add(drag).labelled_by(label.id).changed() {
             commands.push(Command::Seek(time));
         }
-        let of = match model.duration().zip(model.frame_shown()) {
+        let words = match model.duration().zip(model.frame_shown()) {
             Some((duration, frame)) => format!("of {} s · frame {frame}", rounded(duration, 4)),
             None => "nothing changes yet".into(),
         };
-        ui.label(of);
+        ui.label(words);
         ui.separator();
         if ui.button("Set key").on_hover_text("set a camera key from the view at this time (K)").clicked() {
             commands.push(Command::SetKey);
@@ -54,13 +54,13 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 /// The keys of the scene that could change and do not yet.
 fn of_any(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let scene = model.document.scene().clone();
-    let known: Vec<&str> = scene.timeline.iter().flat_map(|timeline| timeline.tracks().map(|(of, _)| of)).collect();
-    let free = possible(model.document.toml().as_table()).into_iter().filter(|(of, _)| !known.contains(&of.as_str()));
+    let known: Vec<&str> = scene.timeline.iter().flat_map(|timeline| timeline.tracks().map(|(name, _)| name)).collect();
+    let free = possible(model.document.toml().as_table()).into_iter().filter(|(name, _)| !known.contains(&name.as_str()));
     egui::ScrollArea::vertical().max_height(400.0).show(ui, |ui| {
-        for (of, value) in free {
-            if ui.button(&of).on_hover_text(value.to_string()).clicked() {
+        for (name, value) in free {
+            if ui.button(&name).on_hover_text(value.to_string()).clicked() {
                 // What takes no fractions, or is a name that begins with a digit, holds from key to key.
-                let begin = |holds| begun(&of, value.clone(), model.clock.time, holds);
+                let begin = |holds| begun(&name, value.clone(), model.clock.time, holds);
                 let holds = model.document.variant(begin(false)).is_err();
                 commands.push(begin(holds));
             }

@@ -52,12 +52,12 @@ fn levels_are_dragged() {
 fn levels_are_held() {
     let (_folder, mut harness) = open();
     let white = |harness: &Harness<App>| harness.state().model.shown.as_ref().unwrap().pictures[0].tone.white;
-    let own = |harness: &Harness<App>| {
+    let white_of = |harness: &Harness<App>| {
         let picture = &harness.state().model.shown.as_ref().unwrap().pictures[0];
         picture.scene.display.tone(&picture.image).white
     };
     let first = white(&harness);
-    assert_eq!(first, own(&harness));
+    assert_eq!(first, white_of(&harness));
     let centre = viewport(&harness).center();
     drag(&mut harness, PointerButton::Primary, centre, centre + vec2(150.0, 0.0));
     assert_eq!(white(&harness), first);
@@ -65,8 +65,8 @@ fn levels_are_held() {
     assert_eq!(white(&harness), first);
     harness.get_by_role_and_label(Role::SpinButton, "luminosity").set_value_accesskit(6000.0);
     settle(&mut harness);
-    assert!(white(&harness) == first && own(&harness) > 1.2 * first, "{} {}", own(&harness), first);
+    assert!(white(&harness) == first && white_of(&harness) > 1.2 * first, "{} {}", white_of(&harness), first);
     harness.key_press(Key::Num0);
     settle(&mut harness);
-    assert_eq!(white(&harness), own(&harness));
+    assert_eq!(white(&harness), white_of(&harness));
 }

@@ -37,7 +37,7 @@ fn is_legible(harness: &Harness<App>, name: &str, rect: Rect, part: &image::Rgba
         let linear = [0, 1, 2].map(|i| (f64::from(pixel[i]) / 255.0).powf(2.2));
         0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
     };
-    let (dark, light) = part.pixels().map(luminance).fold((1.0f64, 0.0f64), |(dark, light), own| (dark.min(own), light.max(own)));
+    let (dark, light) = part.pixels().map(luminance).fold((1.0f64, 0.0f64), |(dark, light), value| (dark.min(value), light.max(value)));
     assert!((light + 0.05) / (dark + 0.05) > 4.5, "{name}: {dark} {light}");
 }
 

@@ -111,8 +111,8 @@ fn curves_have_keys_to_drag() {
     settle(&mut harness);
     let track = |h: &Harness<App>| -> (Vec<f64>, Vec<f64>) {
         let scene = h.state().model.document.scene().clone();
-        let (of, track) = scene.timeline.as_ref().unwrap().tracks().next().unwrap();
-        assert_eq!((of, track.unit()), ("star[0].luminosity", "Lsun"));
+        let (name, track) = scene.timeline.as_ref().unwrap().tracks().next().unwrap();
+        assert_eq!((name, track.unit()), ("star[0].luminosity", "Lsun"));
         let times = track.times();
         (times.clone(), times.iter().map(|time| track.numbers(*time).unwrap()[0]).collect())
     };

@@ -127,20 +127,20 @@ impl Whole {
     }
 
     /// The voxels that the march of a brick reads: its own and a halo around them.
-    pub fn held(&self, place: [usize; 3]) -> [Range<usize>; 3] {
-        let (own, dims) = (self.partition.voxels(place), self.partition.lattice().dims);
+    pub fn stored(&self, place: [usize; 3]) -> [Range<usize>; 3] {
+        let (voxels, dims) = (self.partition.voxels(place), self.partition.lattice().dims);
         let diagonal = DVec3::from(dims.map(|n| n as f64)).length();
         let step = match self.plan.stepping {
             Stepping::PerVoxel(n) | Stepping::Paired(n) => 1.0 / n,
             Stepping::Fixed(n) => diagonal / n as f64,
         };
         let halo = (0.5 * step + HALO).ceil() as usize;
-        std::array::from_fn(|axis| own[axis].start.saturating_sub(halo)..(own[axis].end + halo).min(dims[axis]))
+        std::array::from_fn(|axis| voxels[axis].start.saturating_sub(halo)..(voxels[axis].end + halo).min(dims[axis]))
     }
 
     /// The part of space whose segments are a brick's own; the outermost bricks have all that is beyond.
     fn domain(&self, place: [usize; 3]) -> Bounds {
-        let own = self.partition.voxels(place);
+        let voxels = self.partition.voxels(place);
         let lattice = self.partition.lattice();
         let (Lattice { dims, bounds }, voxel) = (lattice, lattice.voxel_pc());
         let border = |axis: usize, cut: usize| match cut {
@@ -149,22 +149,22 @@ impl Whole {
             cut => bounds.low[axis] + cut as f64 * voxel[axis],
         };
         let corner = |ends: [usize; 3]| DVec3::from_array(std::array::from_fn(|axis| border(axis, ends[axis])));
-        Bounds { low: corner(own.each_ref().map(|own| own.start)), high: corner(own.each_ref().map(|own| own.end)) }
+        Bounds { low: corner(voxels.each_ref().map(|range| range.start)), high: corner(voxels.each_ref().map(|range| range.end)) }
     }
 
-    /// Marches the rays of the picture through a brick, whose fields stand at the voxels that it [holds](Self::held).
+    /// Marches the rays of the picture through a brick, whose fields stand at the voxels that it [stores](Self::stored).
     ///
     /// # Errors
     /// If fields have other numbers of values, the result would take more memory than allowed, and when the user
     /// wishes to stop.
     pub fn march(&self, place: [usize; 3], fields: BrickFields, control: &Control) -> Result<Partial> {
         let whole = self.partition.lattice();
-        let space = self.plan.space.brick(whole, &self.held(place), fields, self.memory_limit)?;
+        let space = self.plan.space.brick(whole, &self.stored(place), fields, self.memory_limit)?;
         let plan = &Plan { space: Arc::new(space), ..self.plan.clone() };
         let domain = self.domain(place);
         let camera = &plan.camera;
         let tiles = Tiles::new(camera);
-        let meeting = domain.intersection(&whole.bounds).and_then(|own| tiles.meeting(camera, &moved_out(&own, &whole.bounds)));
+        let meeting = domain.intersection(&whole.bounds).and_then(|overlap| tiles.meeting(camera, &moved_out(&overlap, &whole.bounds)));
         // Sources stand between pixels: what no pixel's ray meets may lie before one.
         let points = self.points(plan, &domain)?;
         let Some((rows, columns)) = meeting else {
@@ -184,9 +184,9 @@ impl Whole {
                 let state = march.light(&rays, &numbers);
                 for lane in 0..LANES {
                     let (x, y) = ((column - columns.start) * TILE + lane % TILE, lane / TILE);
-                    let own = &mut out[(y * width + x) * size..][..size];
+                    let pixel_out = &mut out[(y * width + x) * size..][..size];
                     let numbers = state.sum.iter().chain([&state.tau, &state.deepest]);
-                    own.iter_mut().zip(numbers).for_each(|(out, lanes)| *out = lanes[lane]);
+                    pixel_out.iter_mut().zip(numbers).for_each(|(out, lanes)| *out = lanes[lane]);
                 }
             }
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -224,7 +224,7 @@ impl Whole {
                 Projection::Orthographic { .. } if camera.forward[axis] < 0.0 => count - 1 - brick,
                 Projection::Orthographic { .. } => brick,
                 Projection::Perspective { .. } | Projection::Panorama { .. } => {
-                    let end = |brick: usize| self.partition.own(axis, brick).end as f64 * lattice.voxel_pc()[axis];
+                    let end = |brick: usize| self.partition.range(axis, brick).end as f64 * lattice.voxel_pc()[axis];
                     let from = camera.position[axis] - lattice.bounds.low[axis];
                     brick.abs_diff((0..count).filter(|brick| end(*brick) <= from).count())
                 }
@@ -260,8 +260,8 @@ impl Whole {
         }
         let points = front.points.iter().zip(&back.points).map(|(a, b)| a + b).collect();
         if front.values.is_empty() || back.values.is_empty() {
-            let own = if front.values.is_empty() { back } else { front };
-            return Ok(Partial { points, ..own });
+            let front_or_back = if front.values.is_empty() { back } else { front };
+            return Ok(Partial { points, ..front_or_back });
         }
         let hull = |a: &Range<usize>, b: &Range<usize>| a.start.min(b.start)..a.end.max(b.end);
         let (rows, columns) = (hull(&front.rows, &back.rows), hull(&front.columns, &back.columns));
@@ -279,7 +279,7 @@ impl Whole {
                         out[depth] = tau + back[depth];
                         out[deepest] = if back[deepest] > 0.0 { front[deepest].max(tau + back[deepest]) } else { front[deepest] };
                     }
-                    (Some(own), None) | (None, Some(own)) => out.copy_from_slice(own),
+                    (Some(only), None) | (None, Some(only)) => out.copy_from_slice(only),
                     (None, None) => {}
                 }
             }
@@ -304,7 +304,7 @@ impl Whole {
         for y in 0..height * s {
             control.check()?;
             for first in (0..width * s).step_by(LANES) {
-                let value = |lane: usize, i: usize| all.at(y, first + lane, size).map_or(0.0, |own| own[i]);
+                let value = |lane: usize, i: usize| all.at(y, first + lane, size).map_or(0.0, |pixel| pixel[i]);
                 let sum: Vec<Lane> = (0..sums).map(|i| lanes!(|lane| value(lane, i))).collect();
                 let radiance = march.bands_of(&sum, &lanes!(|lane| value(lane, depth)), &[]);
                 for (lane, x) in (first..width * s).take(LANES).enumerate() {

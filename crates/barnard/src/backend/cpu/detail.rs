@@ -37,7 +37,7 @@ impl<'a> DetailNoise<'a> {
     /// Variant along the rays of a packet, whose stretch begins at its span.
     pub(super) fn along(&self, state: &State) -> PacketDetail {
         let start = |lane: usize| state.span.0[lane];
-        let of = |octave: &'a Octave| {
+        let noise = |octave: &'a Octave| {
             let place = |lane: usize| octave.turn * state.rays[lane].at(start(lane)) + octave.shift;
             let speed = |lane: usize| octave.turn * state.rays[lane].direction;
             PacketOctave {
@@ -54,7 +54,7 @@ impl<'a> DetailNoise<'a> {
         let slot = |(slot, _): &(usize, usize)| PacketSlot { slot: *slot, mean: [0.0; LANES], factor: [0.0; LANES] };
         PacketDetail {
             slots: self.slots.iter().map(slot).collect(),
-            octaves: self.noise.octaves.iter().map(of).collect(),
+            octaves: self.noise.octaves.iter().map(noise).collect(),
             // Rays that meet nothing see nothing.
             width: lanes!(|lane| if state.dt[lane] > 0.0 { self.footprint.at(start(lane)) as f32 } else { f32::MAX }),
             widening: self.footprint.per_pc as f32,
@@ -139,9 +139,9 @@ simd! {
         for place in 0..most {
             for octave in octaves.iter_mut().filter(|octave| octave.places > 0) {
                 // Longer waves stay as they are over several places.
-                let own = place * octave.places / most;
-                if place == 0 || own != (place - 1) * octave.places / most {
-                    let at = (own as f32 + 0.5) / octave.places as f32 - 0.5;
+                let position = place * octave.places / most;
+                if place == 0 || position != (place - 1) * octave.places / most {
+                    let at = (position as f32 + 0.5) / octave.places as f32 - 0.5;
                     let PacketOctave { start, speed, seed, .. } = &*octave;
                     let at = lanes!(|lane| fma(at, stretch[lane], t[lane]));
                     octave.values = lanes!(|lane| single(

@@ -276,7 +276,7 @@ impl<'a> March<'a> {
                 Terms::CommonNodes(common) => common.behind(band, &left, &bounds, &brightest, &state.sum, lane),
                 _ => {
                     let terms = (0..k.len()).filter(|term| weights.band_of[*term] == band);
-                    terms.map(of_term).fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1))
+                    terms.map(of_term).fold((0.0, 0.0), |all, term| (all.0 + term.0, all.1 + term.1))
                 }
             };
             state.dt[lane] == 0.0 || (0..self.context.plan.spectral.bands.len()).map(of_band).all(|(behind, sum)| behind <= tolerance * sum)
@@ -396,10 +396,10 @@ impl Samples<'_> {
         let t = lanes!(|lane| steps * self.dt[lane]);
         for ((cursor, mask), first) in self.cursors.iter().zip(self.masks).zip(&self.context.slots.first) {
             let end = out.len().min(first + crate::volume::MAX_CHANNELS);
-            let own = &mut out[*first..end];
-            cursor.read(&t, own);
+            let terms = &mut out[*first..end];
+            cursor.read(&t, terms);
             if let Some(mask) = mask {
-                for values in own.iter_mut().take(cursor.channels()) {
+                for values in terms.iter_mut().take(cursor.channels()) {
                     for lane in 0..LANES {
                         values[lane] *= mask[lane];
                     }

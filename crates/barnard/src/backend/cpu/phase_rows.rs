@@ -51,8 +51,8 @@ impl PhaseRows {
         if let [out] = out {
             for lane in 0..LANES {
                 let pair = &self.values[at.entry[lane] as usize..][..2];
-                let own = light[lane] * (pair[0] + at.fraction[lane] * (pair[1] - pair[0]));
-                out[lane] = if ADD { out[lane] + own } else { own };
+                let phase = light[lane] * (pair[0] + at.fraction[lane] * (pair[1] - pair[0]));
+                out[lane] = if ADD { out[lane] + phase } else { phase };
             }
             return;
         }
@@ -65,8 +65,8 @@ impl PhaseRows {
                     let (low, high) = (four(rows, 4 * quad), four(rows, self.stride + 4 * quad));
                     *values = lerp(low, high, f32x4::splat(at.fraction[lane])) * f32x4::splat(light[lane]);
                 }
-                for (out, own) in out.iter_mut().zip(f32x4::transpose(turning)) {
-                    let sum = if ADD { four(out, first) + own } else { own };
+                for (out, row) in out.iter_mut().zip(f32x4::transpose(turning)) {
+                    let sum = if ADD { four(out, first) + row } else { row };
                     out[first..first + 4].copy_from_slice(&sum.to_array());
                 }
             }
@@ -101,11 +101,11 @@ mod tests {
             rows.spread(&at, &light, &mut out);
             rows.add(&at, &lanes!(|lane| 2.0 * light[lane]), &mut out);
             for lane in 0..LANES {
-                for (column, own) in out.iter().enumerate().take(columns) {
+                for (column, share) in out.iter().enumerate().take(columns) {
                     let (i, f) = (entry[lane] as usize, at.fraction[lane]);
                     let table = value(i, column) + f * (value(i + 1, column) - value(i, column));
                     let truth = 3.0 * light[lane] * table;
-                    assert!((own[lane] - truth).abs() < 3e-5, "{columns} {column} {lane}: {} {truth}", own[lane]);
+                    assert!((share[lane] - truth).abs() < 3e-5, "{columns} {column} {lane}: {} {truth}", share[lane]);
                     assert!((rows.at(entry[lane], f, column) - table).abs() < 1e-6);
                 }
             }

@@ -177,7 +177,7 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
     let footprint = context.plan.camera.footprint();
     for lane in (0..LANES).filter(|lane| close[*lane]) {
         let at = |steps: f32| state.span.0[lane] + f64::from(steps) * f64::from(state.dt[lane]);
-        let own = plan_segment::Segment {
+        let part = plan_segment::Segment {
             from: at(segment.span.start),
             to: at(segment.span.end()),
             tau: f64::from(state.tau[lane]),
@@ -195,7 +195,7 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
         let detail =
             |p: DVec3| context.plan.detail.as_ref().map_or(1.0, |d| d.factor(0, p, footprint.at((p - ray.origin).dot(ray.direction))));
         let seen = DustNearby { sigma: |p| (dust.sigma)(p) * detail(p), depth: dust.depth };
-        near::pieces(seen, resolution, star, ray, &own, add);
+        near::pieces(seen, resolution, star, ray, &part, add);
     }
 }
 
@@ -273,9 +273,9 @@ fn emission_depth(segment: &Segment, context: &Context, all: &Lane) -> Lane {
     let mut early = [0.0; LANES];
     if segment.has_middle() {
         for emitter in &context.tables.weights.emitted {
-            let own = segment.twice_the_early(context.slots.species[emitter.species]);
+            let early_share = segment.twice_the_early(context.slots.species[emitter.species]);
             for lane in 0..LANES {
-                early[lane] = fma(emitter.total, own[lane], early[lane]);
+                early[lane] = fma(emitter.total, early_share[lane], early[lane]);
             }
         }
     }

@@ -90,8 +90,8 @@ impl Moments {
 
     /// Counts the light that came since the last time, from a distance on each lane.
     pub(super) fn count(&mut self, sum: &[Lane], channels: &[Lane], distance: &Lane) {
-        let own = self.sum.iter_mut().chain(&mut self.channels).zip(self.before.0.iter_mut().chain(&mut self.before.1));
-        for ((moment, before), now) in own.zip(sum.iter().chain(channels)) {
+        let sums = self.sum.iter_mut().chain(&mut self.channels).zip(self.before.0.iter_mut().chain(&mut self.before.1));
+        for ((moment, before), now) in sums.zip(sum.iter().chain(channels)) {
             for lane in 0..LANES {
                 moment[lane] += (now[lane] - before[lane]) * distance[lane];
             }

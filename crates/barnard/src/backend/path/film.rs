@@ -47,8 +47,8 @@ impl Film {
     /// The rms of the standard errors of one band of `bands`, relative to the rms of its means; zero where all is dark.
     pub fn relative_error(&self, band: usize, bands: usize) -> f64 {
         let size = self.estimates.len() / bands;
-        let own = &self.estimates[band * size..(band + 1) * size];
-        let (errors, means) = own.iter().fold((0.0, 0.0), |(e, m), x| (e + x.error().powi(2), m + x.mean * x.mean));
+        let estimates = &self.estimates[band * size..(band + 1) * size];
+        let (errors, means) = estimates.iter().fold((0.0, 0.0), |(e, m), x| (e + x.error().powi(2), m + x.mean * x.mean));
         if errors == 0.0 { 0.0 } else { (errors / means).sqrt() }
     }
 }

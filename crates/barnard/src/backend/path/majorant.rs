@@ -96,17 +96,17 @@ impl Majorant {
 }
 
 fn of_grid(grid: &Grid) -> Grid {
-    let own = grid.lattice();
-    let dims = own.dims.map(|n| n.div_ceil(VOXELS));
+    let field_lattice = grid.lattice();
+    let dims = field_lattice.dims.map(|n| n.div_ceil(VOXELS));
     let bounds = crate::geometry::Bounds {
-        low: own.bounds.low,
-        high: own.bounds.low + own.voxel_pc() * VOXELS as f64 * glam::DVec3::from(dims.map(|n| n as f64)),
+        low: field_lattice.bounds.low,
+        high: field_lattice.bounds.low + field_lattice.voxel_pc() * VOXELS as f64 * glam::DVec3::from(dims.map(|n| n as f64)),
     };
     let lattice = Lattice { dims, bounds };
     let largest = |index: usize| {
         let place = lattice.place(index);
         // A place in the block lies between the centres of its voxels and those around them.
-        let along = |axis: usize| (place[axis] * VOXELS).saturating_sub(1)..((place[axis] + 1) * VOXELS + 1).min(own.dims[axis]);
+        let along = |axis: usize| (place[axis] * VOXELS).saturating_sub(1)..((place[axis] + 1) * VOXELS + 1).min(field_lattice.dims[axis]);
         grid.largest([along(0), along(1), along(2)])
     };
     let data = (0..lattice.cells()).into_par_iter().map(largest).collect();

@@ -155,11 +155,11 @@ fn trace_by(
         // A pixel of all bands is one piece of work; bands stand apart in the film.
         let pixel = |i: usize| -> Result<Vec<Estimate>> {
             control.check()?;
-            let mut own: Vec<Estimate> = (0..bands).map(|b| film.estimates[b * size + i]).collect();
+            let mut estimates: Vec<Estimate> = (0..bands).map(|b| film.estimates[b * size + i]).collect();
             for s in &pass {
                 follow(tracer, scene, options.seed, i, *s, |band, radiance| {
                     if radiance.is_finite() {
-                        own[band].add(radiance);
+                        estimates[band].add(radiance);
                     } else {
                         bad.fetch_add(1, Ordering::Relaxed);
                     }
@@ -173,11 +173,11 @@ fn trace_by(
                     options.samples.saturating_mul(size as u64),
                 );
             }
-            Ok(own)
+            Ok(estimates)
         };
         let pixels: Vec<Vec<Estimate>> = (0..size).into_par_iter().map(pixel).collect::<Result<_>>()?;
-        for (i, own) in pixels.into_iter().enumerate() {
-            own.into_iter().enumerate().for_each(|(b, e)| estimates[b * size + i] = e);
+        for (i, estimate) in pixels.into_iter().enumerate() {
+            estimate.into_iter().enumerate().for_each(|(b, e)| estimates[b * size + i] = e);
         }
         *film = Film { estimates, samples: film.samples + pass.len() as u64, bad: film.bad + bad.into_inner() };
         tell(film);

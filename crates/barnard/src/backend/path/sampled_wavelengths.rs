@@ -73,12 +73,13 @@ impl SampledWavelengths {
             let (spectrum, factor) = (&lights[light].spectrum, factor(lights[light].route, scene.dust.as_ref()));
             let sent = |lambda: f64| (band.response(lambda) * spectrum.continuum(lambda) * factor(lambda)).abs();
             let at = |cell: usize, i: usize| borders[cell] + width * (i as f64 + 0.5) / ASKED as f64;
-            let own: Vec<f64> = (0..CELLS).map(|cell| width / ASKED as f64 * (0..ASKED).map(|i| sent(at(cell, i))).sum::<f64>()).collect();
+            let weights: Vec<f64> =
+                (0..CELLS).map(|cell| width / ASKED as f64 * (0..ASKED).map(|i| sent(at(cell, i))).sum::<f64>()).collect();
             let through = |line: &spectra::spectrum::Line| (band.response(line.lambda_um) * line.strength * factor(line.lambda_um)).abs();
             let own_lines = spectrum.lines_through(&band);
-            let total = own.iter().sum::<f64>() + own_lines.iter().map(through).sum::<f64>();
+            let total = weights.iter().sum::<f64>() + own_lines.iter().map(through).sum::<f64>();
             if total > 0.0 {
-                density.iter_mut().zip(own).for_each(|(d, o)| *d += o / total);
+                density.iter_mut().zip(weights).for_each(|(d, o)| *d += o / total);
                 let shares = own_lines.iter().map(|line| (line.lambda_um, light, line.strength, through(line) / total));
                 lines.extend(shares.filter(|l| l.3 > 0.0));
             }
@@ -164,8 +165,9 @@ mod tests {
         for (b, band) in scene.bands.iter().enumerate() {
             let waves = SampledWavelengths::new(&scene, &lights, b).unwrap();
             for (l, light) in lights.iter().enumerate() {
-                let own = band.integrate(|lambda| light.spectrum.continuum(lambda));
-                let truth = own + light.spectrum.lines().iter().map(|line| band.response(line.lambda_um) * line.strength).sum::<f64>();
+                let continuum = band.integrate(|lambda| light.spectrum.continuum(lambda));
+                let truth =
+                    continuum + light.spectrum.lines().iter().map(|line| band.response(line.lambda_um) * line.strength).sum::<f64>();
                 // Evenly spaced numbers: the sum over the inverse is the integral to the square of the step.
                 let count = 100_000;
                 let drawn = |i: usize| waves.draw((i as f64 + 0.5) / count as f64).iter().map(|w| w.of(l, &lights)).sum::<f64>();

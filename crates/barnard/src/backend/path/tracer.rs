@@ -196,8 +196,8 @@ impl<'a> Tracer<'a> {
             }
             let mut left = random.uniform() * total;
             let drawn = species.majorant.cells(&leg.ray, f64::INFINITY).find_map(|(start, end, bound)| {
-                let own = bound * (end - start);
-                left -= own;
+                let most = bound * (end - start);
+                left -= most;
                 (left < 0.0).then(|| (end + left / bound, bound))
             });
             let Some((t, bound)) = drawn else { continue };
@@ -329,11 +329,12 @@ struct PathSegment {
 
 impl PathSegment {
     fn new(stars: &[Star], medium: &Medium, leg: Leg, band: usize) -> Self {
-        let of = |star: &Star, (near, far)| {
+        let light = |star: &Star, (near, far)| {
             let angles = Equiangular::new(&leg.ray, star.position, near, far);
             (star.power[band] * angles.integral(), angles)
         };
-        let stars: Vec<_> = medium.extent(&leg.ray).into_iter().flat_map(|extent| stars.iter().map(move |star| of(star, extent))).collect();
+        let stars: Vec<_> =
+            medium.extent(&leg.ray).into_iter().flat_map(|extent| stars.iter().map(move |star| light(star, extent))).collect();
         Self { leg, total: stars.iter().map(|s| s.0).sum(), stars }
     }
 

@@ -255,9 +255,9 @@ impl<'a> Truth<'a> {
                     }
                 }
                 Route::Emitted { species } => {
-                    let own = profile(gas + species, &*self.scene.species()[species].density);
-                    let cells = own.pieces().iter().flat_map(|p| split_by(p.start, p.end, dust.as_ref().map(|d| &d.1)));
-                    radiance.adapt(cells, |t, wave| own.at(t) * wave.weight[light] * (-wave.k * tau(t)).exp());
+                    let species_profile = profile(gas + species, &*self.scene.species()[species].density);
+                    let cells = species_profile.pieces().iter().flat_map(|p| split_by(p.start, p.end, dust.as_ref().map(|d| &d.1)));
+                    radiance.adapt(cells, |t, wave| species_profile.at(t) * wave.weight[light] * (-wave.k * tau(t)).exp());
                 }
                 Route::Background => {
                     let end = tau(f64::INFINITY);

@@ -99,7 +99,7 @@ fn brightness(stars: &[Star], bands: &[Passband]) -> Vec<f64> {
         powers.into_iter().map(|power| power / all).collect::<Vec<f64>>()
     };
     let none = vec![0.0; stars.len()];
-    bands.iter().map(of_band).fold(none, |most, own| most.iter().zip(own).map(|(m, o)| m.max(o)).collect())
+    bands.iter().map(of_band).fold(none, |most, part_values| most.iter().zip(part_values).map(|(m, o)| m.max(o)).collect())
 }
 
 impl ManyLights {
@@ -121,7 +121,7 @@ impl ManyLights {
         stars.sort_unstable();
         let mut groups = Vec::new();
         group(&mut stars, places, 0, &mut groups);
-        let own: Vec<DVec3> = stars.iter().map(|star| places[*star]).collect();
+        let positions: Vec<DVec3> = stars.iter().map(|star| places[*star]).collect();
         let (merged, lattice) = fitting(dust, stars.len(), options)?;
         let known = before.filter(|b| Arc::ptr_eq(&b.dust, dust) && b.depths.first().is_some_and(|d| d.inner == lattice));
         let bits = |place: &DVec3| place.to_array().map(f64::to_bits);
@@ -143,14 +143,14 @@ impl ManyLights {
                     Arc::new(volume)
                 }
             };
-            control.report(Stage::StarDepths, done.fetch_add(1, Ordering::Relaxed) + 1, own.len() as u64);
+            control.report(Stage::StarDepths, done.fetch_add(1, Ordering::Relaxed) + 1, positions.len() as u64);
             Ok(depths)
         };
-        let depths = own.par_iter().map(swept).collect::<Result<Vec<_>>>()?;
-        let sigma = own.iter().map(|place| dust.at(*place) as f32).collect();
+        let depths = positions.par_iter().map(swept).collect::<Result<Vec<_>>>()?;
+        let sigma = positions.iter().map(|place| dust.at(*place) as f32).collect();
         let representatives = representatives(members, places.len());
         let member = mask(members, places.len());
-        Ok(Self { stars, places: own, member, sigma, representatives, depths, dust: dust.clone(), groups })
+        Ok(Self { stars, places: positions, member, sigma, representatives, depths, dust: dust.clone(), groups })
     }
 
     /// Copy of the stars with other representatives, where others are the brightest; none where they are not.

@@ -42,11 +42,12 @@ impl Cells {
     /// Cuts the box around the dust, and gas near it, into at most `most` cells along an edge; into whole blocks of
     /// voxels where it can.
     pub fn new(dust: &Grid, gas: &[Grid], most: usize) -> Self {
-        let own = dust.lattice().bounds;
-        let reach = AROUND * own.size();
-        let near = Bounds { low: own.low - reach, high: own.high + reach };
-        let clipped = |b: Bounds| Bounds { low: b.low.max(near.low).min(own.low), high: b.high.min(near.high).max(own.high) };
-        let bounds = gas.iter().map(|g| clipped(g.lattice().bounds)).fold(own, |a, b| a.union(&b));
+        let dust_bounds = dust.lattice().bounds;
+        let reach = AROUND * dust_bounds.size();
+        let near = Bounds { low: dust_bounds.low - reach, high: dust_bounds.high + reach };
+        let clipped =
+            |b: Bounds| Bounds { low: b.low.max(near.low).min(dust_bounds.low), high: b.high.min(near.high).max(dust_bounds.high) };
+        let bounds = gas.iter().map(|g| clipped(g.lattice().bounds)).fold(dust_bounds, |a, b| a.union(&b));
         let voxel = dust.lattice().voxel_pc();
         let (longest, finest) = (bounds.size().max_element(), voxel.min_element());
         let along = longest / finest;
@@ -56,7 +57,7 @@ impl Cells {
             _ => finest / (FINE.min(most) as f64 / along - 1e-6).ceil().max(1.0),
         };
         // Where gas reaches out of flat dust, cells must not be thicker than that.
-        let (fewest, oversampled) = if bounds == own { (1, 1.0) } else { (4.min(most), 2.0) };
+        let (fewest, oversampled) = if bounds == dust_bounds { (1, 1.0) } else { (4.min(most), 2.0) };
         let dims = <[f64; 3]>::from(bounds.size() / edge).map(|n| (n.round() as usize).clamp(fewest, most));
         let lattice = Lattice { dims, bounds };
         // Twice as many places where cells do not end with the dust.
@@ -141,8 +142,8 @@ impl Cells {
                 let depth = (direct_source.depth)(place, *sigma).max(0.0) as f32;
                 let light: EightLanes = std::array::from_fn(|t| direct_source.sent[t] * near * (-k[t] * depth).exp());
                 // What a star has in the middle of goes everywhere.
-                let kept = if (offset / spacing).length() < 0.3 { 1 } else { sum.len() };
-                for (sum, y) in sum[..kept].iter_mut().zip(harmonics(offset.normalize_or(DVec3::Z))) {
+                let count = if (offset / spacing).length() < 0.3 { 1 } else { sum.len() };
+                for (sum, y) in sum[..count].iter_mut().zip(harmonics(offset.normalize_or(DVec3::Z))) {
                     sum.iter_mut().zip(light).for_each(|(s, l)| *s += y as f32 * l);
                 }
             }
@@ -186,9 +187,9 @@ mod tests {
                 let grid = Grid::from_lattice(cells.lattice.clone(), cells.sigma.clone());
                 for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
                     let column = |grid: &Grid| grid.column(-9.0 * axis, 9.0 * axis, f64::INFINITY);
-                    let (own, truth) = (column(&grid), column(&dust));
+                    let (found, truth) = (column(&grid), column(&dust));
                     let coarse = if most == 1 || !gas.is_empty() { 0.35 } else { 0.03 };
-                    assert!((own / truth - 1.0).abs() < coarse, "{dims:?} {most} {axis}: {own} {truth}");
+                    assert!((found / truth - 1.0).abs() < coarse, "{dims:?} {most} {axis}: {found} {truth}");
                 }
             }
         }

@@ -39,18 +39,20 @@ impl DirectSources {
         };
         for (light, l) in lights.iter().enumerate() {
             let weights: Vec<f64> = all(light).collect();
-            let of = |t: usize| weights.get(first + t).map_or(0.0, |w| w / unit);
+            let weight = |t: usize| weights.get(first + t).map_or(0.0, |w| w / unit);
             match l.route {
                 Route::Scattered { star } => {
                     let sent = |t: usize| terms.get(t).map_or(0.0, |term| term.k * term.albedo);
-                    direct_sources.stars.push((star, std::array::from_fn(|t| if sent(t) > 0.0 { (of(t) / sent(t)) as f32 } else { 0.0 })));
+                    direct_sources
+                        .stars
+                        .push((star, std::array::from_fn(|t| if sent(t) > 0.0 { (weight(t) / sent(t)) as f32 } else { 0.0 })));
                 }
                 Route::Emitted { species } => {
-                    let own: EightLanes = std::array::from_fn(|t| of(t) as f32);
+                    let weights: EightLanes = std::array::from_fn(|t| weight(t) as f32);
                     let glow = direct_sources.glow.get_or_insert_with(|| vec![[0.0; WIDTH]; gas[species].len()]);
-                    glow.iter_mut().zip(&gas[species]).for_each(|(glow, density)| (0..WIDTH).for_each(|t| glow[t] += own[t] * density));
+                    glow.iter_mut().zip(&gas[species]).for_each(|(glow, density)| (0..WIDTH).for_each(|t| glow[t] += weights[t] * density));
                 }
-                Route::Background => direct_sources.around = std::array::from_fn(|t| of(t) as f32),
+                Route::Background => direct_sources.around = std::array::from_fn(|t| weight(t) as f32),
                 Route::Direct { .. } | Route::FieldStar { .. } => {}
             }
         }

@@ -135,20 +135,20 @@ impl FarField<'_> {
         control: &Control,
         add: impl Fn(&Beside, usize, &mut [EightLanes]) + Sync,
     ) -> Result<Moments> {
-        let own = &cells.lattice;
-        let coarse = Lattice { dims: own.dims.map(|n| n.div_ceil(2)), bounds: own.bounds };
-        let largest = |of: fn(&NearFieldKernel) -> f64| self.kernels.iter().map(of).fold(0.0, f64::max);
+        let cell_lattice = &cells.lattice;
+        let coarse = Lattice { dims: cell_lattice.dims.map(|n| n.div_ceil(2)), bounds: cell_lattice.bounds };
+        let largest = |quantity: fn(&NearFieldKernel) -> f64| self.kernels.iter().map(quantity).fold(0.0, f64::max);
         let reach = (MIDDLE * coarse.voxel_pc().max_element()).max(largest(|w| w.reach_pc));
         // Twice as far ahead: coarse cells see peaks from there on.
         let outer =
             NearFieldKernel { reach_pc: reach, ahead_pc: if view.is_some() { reach.max(2.0 * largest(|w| w.ahead_pc)) } else { reach } };
         let mut far = self.level(&Level { lattice: coarse.clone(), count, view, inner: Some(outer), outer: None }, control, &add)?;
-        let mut all = self.level(&Level { lattice: own.clone(), count, view, inner: None, outer: Some(outer) }, control, &add)?;
+        let mut all = self.level(&Level { lattice: cell_lattice.clone(), count, view, inner: None, outer: Some(outer) }, control, &add)?;
         if view.is_some() {
             far.match_means(&coarse);
-            all.match_means(own);
+            all.match_means(cell_lattice);
         }
-        all.add_interpolated(own, &far, &coarse);
+        all.add_interpolated(cell_lattice, &far, &coarse);
         Ok(all)
     }
 
@@ -212,8 +212,8 @@ impl FarField<'_> {
 impl Level {
     /// The box that a star's light can be in on this level; none where it is everywhere.
     fn reached(&self, star: DVec3) -> Option<Bounds> {
-        let own = self.outer?.bounds(self.view.map_or(DVec3::ZERO, |view| view.towards(star)));
-        Some(Bounds { low: star + own.low, high: star + own.high })
+        let bounds = self.outer?.bounds(self.view.map_or(DVec3::ZERO, |view| view.towards(star)));
+        Some(Bounds { low: star + bounds.low, high: star + bounds.high })
     }
 
     /// The cells of the row that begins at `start` whose middles are within a box; none where no cell is.

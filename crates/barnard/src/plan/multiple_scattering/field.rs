@@ -95,8 +95,8 @@ impl Field {
         let Some(many_lights) = &self.many_lights else { return Ok(Vec::new()) };
         let terms = self.parts.iter().map(|part| part.terms.len()).sum();
         let of_part = |(p, part): (usize, &Part)| {
-            let of = |value: fn(&Term) -> f64| std::array::from_fn(|t| part.terms.get(t).map_or(0.0, |term| value(term) as f32));
-            let (k, albedo) = (of(|term| term.k), of(|term| term.albedo));
+            let four = |value: fn(&Term) -> f64| std::array::from_fn(|t| part.terms.get(t).map_or(0.0, |term| value(term) as f32));
+            let (k, albedo) = (four(|term| term.k), four(|term| term.albedo));
             let far_field = FarField { many_lights, sent: &part.sent, k: &k, kernels: &self.kernels };
             let scattering = Scattering { view, phase: self.phase.as_ref(), first: p * WIDTH, terms, albedo };
             far_field.seen(&self.cells, &scattering, control)

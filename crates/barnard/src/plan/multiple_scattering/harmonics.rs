@@ -44,8 +44,8 @@ static RECURRENCE: LazyLock<Recurrence> = LazyLock::new(|| {
     for m in 0..DEGREE {
         diagonal[m + 1] = diagonal[m] * ((2 * m + 3) as f64 / (2 * m + 2) as f64).sqrt();
     }
-    let of = |f: &dyn Fn(usize, usize) -> f64| std::array::from_fn(|m| std::array::from_fn(|l| if l < m { 0.0 } else { f(l, m) }));
-    Recurrence { rise: of(&rise), fall: of(&fall), diagonal }
+    let table = |f: &dyn Fn(usize, usize) -> f64| std::array::from_fn(|m| std::array::from_fn(|l| if l < m { 0.0 } else { f(l, m) }));
+    Recurrence { rise: table(&rise), fall: table(&fall), diagonal }
 });
 
 /// Y_lm of a direction, l by l [sr^-½].
@@ -146,12 +146,12 @@ mod tests {
         let (a, b) = (DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::new(-0.8, 0.1, 0.4).normalize());
         let (ya, yb, mu) = (harmonics(a), harmonics(b), a.dot(b));
         for l in 0..=DEGREE {
-            let own = (0..COUNT).filter(|h| degree(*h) == l).map(|h| ya[h] * yb[h]).sum::<f64>();
+            let legendre = (0..COUNT).filter(|h| degree(*h) == l).map(|h| ya[h] * yb[h]).sum::<f64>();
             // Bonnet's polynomials, written out.
             let polynomials = [1.0, mu, 0.5 * (3.0 * mu * mu - 1.0), 0.5 * mu * (5.0 * mu * mu - 3.0)];
             let Some(polynomial) = polynomials.get(l) else { break };
             let expected = (2 * l + 1) as f64 / spectra::constants::SPHERE * polynomial;
-            assert!((own - expected).abs() < 1e-12, "{l}: {own} {expected}");
+            assert!((legendre - expected).abs() < 1e-12, "{l}: {legendre} {expected}");
         }
     }
 }

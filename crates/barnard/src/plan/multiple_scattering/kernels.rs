@@ -80,8 +80,8 @@ impl Problem<'_> {
             }
         }
         for band in &self.draft.spectral.bands {
-            let of = |star: &usize| light_of[*star].map_or(0.0, |light| band.rule.form.decay().weights(light).iter().sum::<f64>());
-            let powers: Vec<f64> = many_lights.stars.iter().map(of).collect();
+            let weight = |star: &usize| light_of[*star].map_or(0.0, |light| band.rule.form.decay().weights(light).iter().sum::<f64>());
+            let powers: Vec<f64> = many_lights.stars.iter().map(weight).collect();
             let mean = powers.iter().sum::<f64>() / powers.len().max(1) as f64;
             parts.iter_mut().zip(powers).filter(|_| mean > 0.0).for_each(|(part, power)| *part = part.max(power / mean));
         }

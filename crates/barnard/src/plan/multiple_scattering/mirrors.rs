@@ -36,11 +36,11 @@ struct Term<const N: usize> {
 fn kinds(across: (usize, usize)) -> [usize; COUNT] {
     // A place where no harmonic is zero.
     let place = DVec3::new(0.31, 0.53, 0.79).normalize();
-    let own = harmonics(place);
+    let values = harmonics(place);
     let is_odd = |axis: usize| {
         let mut mirrored = place;
         mirrored[axis] = -mirrored[axis];
-        harmonics(mirrored).iter().zip(own).map(|(m, y)| usize::from(m * y < 0.0)).collect::<Vec<usize>>()
+        harmonics(mirrored).iter().zip(values).map(|(m, y)| usize::from(m * y < 0.0)).collect::<Vec<usize>>()
     };
     let (columns, rows) = (is_odd(across.0), is_odd(across.1));
     std::array::from_fn(|h| columns[h] + 2 * rows[h])
@@ -53,10 +53,10 @@ impl<const N: usize> Mirrors<N> {
         let kinds = kinds(across);
         let alike = |a: &DVec3, b: &DVec3| (a.abs() - b.abs()).abs().max_element() < 1e-9;
         let mut groups: Vec<(usize, Self)> = Vec::new();
-        for (b, own) in towards.iter().enumerate() {
-            let group = groups.iter_mut().find(|(first, _)| alike(&towards[*first], own));
+        for (b, value) in towards.iter().enumerate() {
+            let group = groups.iter_mut().find(|(first, _)| alike(&towards[*first], value));
             if let Some((first, group)) = group {
-                let sign = |axis: usize| if towards[*first][axis] * own[axis] < 0.0 { -1.0 } else { 1.0 };
+                let sign = |axis: usize| if towards[*first][axis] * value[axis] < 0.0 { -1.0 } else { 1.0 };
                 let (u, v) = (sign(across.0), sign(across.1));
                 group.beams.push((b, [1.0, u, v, u * v]));
                 continue;
@@ -151,9 +151,9 @@ mod tests {
                     let truth: f32 = (0..count).map(|h| beam.harmonics[h] * scattering[h][3] * moments[h][3]).sum();
                     assert!((source[3] - truth).abs() < 1e-5, "{edge}: {} {truth}", source[3]);
                 }
-                for (h, own) in gathered.iter().enumerate() {
+                for (h, moment) in gathered.iter().enumerate() {
                     let truth: f32 = beams.iter().zip(&radiance).map(|(beam, radiance)| beam.quadrature[h] * radiance[5]).sum();
-                    assert!((own[5] - truth).abs() < 1e-5, "{edge} {h}: {} {truth}", own[5]);
+                    assert!((moment[5] - truth).abs() < 1e-5, "{edge} {h}: {} {truth}", moment[5]);
                 }
             }
         }

@@ -157,8 +157,8 @@ impl MultipleScattering {
                 Ok(Self::resolved(Arc::new(field), Vec::new(), report, view))
             };
             let other = Fineness { directions: OTHER, ..fineness };
-            let own = half(fineness, known.map(|k| &k.0), &control.part(0.0, HALF_SHARE))?;
-            (Some((own, half(other, known.map(|k| &k.1), &control.part(HALF_SHARE, 2.0 * HALF_SHARE))?)), 2.0 * HALF_SHARE)
+            let solved = half(fineness, known.map(|k| &k.0), &control.part(0.0, HALF_SHARE))?;
+            (Some((solved, half(other, known.map(|k| &k.1), &control.part(HALF_SHARE, 2.0 * HALF_SHARE))?)), 2.0 * HALF_SHARE)
         } else {
             (None, 0.0)
         };
@@ -172,14 +172,14 @@ impl MultipleScattering {
                 spot_check::error(&FirstLight { field: &field, far: &seen, near: &field.profiles(view), view }, draft, control)?;
         }
         let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != field.cells.lattice.dims);
-        let mut own = Self::resolved(field, seen, report, view);
-        own.report.error_estimate = halves.as_ref().map(|(half, other)| {
+        let mut made = Self::resolved(field, seen, report, view);
+        made.report.error_estimate = halves.as_ref().map(|(half, other)| {
             // Of light that was scattered before, alone.
-            let alone = own.field.many_lights.as_ref().map(|_| own.scattered_before());
-            ScatteringError { spatial: half.differs_from(alone.as_ref().unwrap_or(&own)), angular: other.differs_from(half) }
+            let alone = made.field.many_lights.as_ref().map(|_| made.scattered_before());
+            ScatteringError { spatial: half.differs_from(alone.as_ref().unwrap_or(&made)), angular: other.differs_from(half) }
         });
-        own.halves = halves.map(Arc::new);
-        Ok(Some(own))
+        made.halves = halves.map(Arc::new);
+        Ok(Some(made))
     }
 
     /// Copy of the field without the first light of the gathered stars.
@@ -254,7 +254,7 @@ impl MultipleScattering {
             });
         }
         let near = field.parts.iter().flat_map(|part| part.near);
-        let largest = largest.iter().zip(near).map(|(own, near)| own + near).collect();
+        let largest = largest.iter().zip(near).map(|(cell_light, near)| cell_light + near).collect();
         let profiles = field.profiles(view);
         Self { volumes, largest, profiles, report, field, halves: None, view }
     }

@@ -52,23 +52,23 @@ impl<const N: usize> Moments<N> {
 
     /// Adds what another has, by a factor for each term.
     pub fn add(&mut self, other: &Self, factor: &Lanes<N>) {
-        self.data.par_iter_mut().zip(&other.data).with_min_len(4096).for_each(|(own, other)| {
-            (0..N).for_each(|t| own[t] += factor[t] * other[t]);
+        self.data.par_iter_mut().zip(&other.data).with_min_len(4096).for_each(|(value, other)| {
+            (0..N).for_each(|t| value[t] += factor[t] * other[t]);
         });
     }
 
     /// Adds what another has on a coarser lattice of the same box, trilinearly between its cells.
-    pub fn add_interpolated(&mut self, own: &Lattice, other: &Self, coarse: &Lattice) {
+    pub fn add_interpolated(&mut self, fine: &Lattice, other: &Self, coarse: &Lattice) {
         let along = |axis: usize, i: usize| {
-            let (n, m) = (own.dims[axis], coarse.dims[axis]);
+            let (n, m) = (fine.dims[axis], coarse.dims[axis]);
             let u = ((i as f64 + 0.5) * m as f64 / n as f64 - 0.5).clamp(0.0, (m - 1) as f64);
             let first = (u as usize).min(m.saturating_sub(2));
             (first, (first + 1).min(m - 1), (u - first as f64) as f32)
         };
-        let columns: Vec<(usize, usize, f32)> = (0..own.dims[0]).map(|x| along(0, x)).collect();
+        let columns: Vec<(usize, usize, f32)> = (0..fine.dims[0]).map(|x| along(0, x)).collect();
         let count = self.count;
-        self.data.par_chunks_mut(own.dims[0] * count).enumerate().for_each_init(Vec::new, |line, (row, out)| {
-            let [_, y, z] = own.place(row * own.dims[0]);
+        self.data.par_chunks_mut(fine.dims[0] * count).enumerate().for_each_init(Vec::new, |line, (row, out)| {
+            let [_, y, z] = fine.place(row * fine.dims[0]);
             let ((y0, y1, fy), (z0, z1, fz)) = (along(1, y), along(2, z));
             let four = [(y0, z0, (1.0 - fy) * (1.0 - fz)), (y1, z0, fy * (1.0 - fz)), (y0, z1, (1.0 - fy) * fz), (y1, z1, fy * fz)];
             line.clear();
@@ -88,12 +88,12 @@ impl<const N: usize> Moments<N> {
 
     /// Moves every value by −δ²/12 along each axis, not past nothing, so that what is trilinear between cells has the
     /// right mean over each.
-    pub fn match_means(&mut self, own: &Lattice) {
-        let (dims, count) = (own.dims, self.count);
+    pub fn match_means(&mut self, fine: &Lattice) {
+        let (dims, count) = (fine.dims, self.count);
         let strides = [1, dims[0], dims[0] * dims[1]].map(|stride| stride * count);
         let before = self.data.clone();
         self.data.par_chunks_mut(dims[0] * count).enumerate().for_each(|(row, out)| {
-            let [_, y, z] = own.place(row * dims[0]);
+            let [_, y, z] = fine.place(row * dims[0]);
             for (i, value) in out.iter_mut().enumerate() {
                 let (cell, at) = ([i / count, y, z], row * dims[0] * count + i);
                 let mut second = [0.0; N];

@@ -18,22 +18,22 @@ pub struct NeumannSeries {
 
 impl NeumannSeries {
     /// Another order, and all up to it.
-    pub fn push(&mut self, own: [f64; WIDTH], all: [f64; WIDTH]) {
-        self.orders.push((own, all));
+    pub fn push(&mut self, order: [f64; WIDTH], all: [f64; WIDTH]) {
+        self.orders.push((order, all));
     }
 
     /// The ratio of the last order to that before, and the last order as a part of all.
     fn last(&self, back: usize, t: usize) -> Option<(f64, f64)> {
         let at = self.orders.len().checked_sub(1 + back)?;
-        let ((own, all), (before, _)) = (&self.orders[at], &self.orders[at.checked_sub(1)?]);
-        (all[t] > 0.0 && before[t] > 0.0).then(|| (own[t] / before[t], own[t] / all[t]))
+        let ((order, all), (before, _)) = (&self.orders[at], &self.orders[at.checked_sub(1)?]);
+        (all[t] > 0.0 && before[t] > 0.0).then(|| (order[t] / before[t], order[t] / all[t]))
     }
 
     /// True if the remaining geometric series is accurate enough.
     pub fn is_known(&self) -> bool {
         let known = |t: usize| {
             // An order of nothing is the last.
-            if self.orders.last().is_some_and(|(own, all)| own[t] <= NOTHING * all[t]) {
+            if self.orders.last().is_some_and(|(order, all)| order[t] <= NOTHING * all[t]) {
                 return true;
             }
             let (Some((ratio, part)), Some((before, _)), Some((first, _))) = (self.last(0, t), self.last(1, t), self.last(2, t)) else {

@@ -213,11 +213,11 @@ fn orders(
     let mut orders = sweeper.start(transfer, first)?;
     let mut neumann = NeumannSeries::default();
     for sweeps in 1..bounces.min(MAX_SWEEPS + 1) {
-        let (own, sum) = orders.next(control)?;
-        if !own.iter().chain(&sum).all(|power| power.is_finite()) {
+        let (order, sum) = orders.next(control)?;
+        if !order.iter().chain(&sum).all(|power| power.is_finite()) {
             return Err(Failure::Unable("the solution is not finite, because densities or lights are too large or too small".into()));
         }
-        neumann.push(own, sum);
+        neumann.push(order, sum);
         control.report(Stage::Light, sweeps as u64, neumann.expected(bounces));
         if neumann.is_known() {
             break;

@@ -43,7 +43,7 @@ struct Deviation {
 impl Deviation {
     /// The sum of all differences over that of all exact values; none where nothing was compared.
     fn part(deviations: &[Self]) -> Option<f64> {
-        let sum = |of: fn(&Self) -> f64| deviations.iter().map(of).sum::<f64>();
+        let sum = |quantity: fn(&Self) -> f64| deviations.iter().map(quantity).sum::<f64>();
         let all = sum(|d| d.all);
         (all > 0.0).then(|| sum(|d| d.wrong) / all)
     }
@@ -146,7 +146,7 @@ fn interpolated(place: DVec3, lattice: &Lattice, far: &Moments) -> [f64; WIDTH] 
             share *= if up > 0.0 { at - at.floor() } else { 1.0 - (at - at.floor()) };
         }
         let [x, y, z] = cell;
-        sum.iter_mut().zip(far.cell(lattice.index(x, y, z))[0]).for_each(|(s, own)| *s += share * f64::from(own));
+        sum.iter_mut().zip(far.cell(lattice.index(x, y, z))[0]).for_each(|(s, light)| *s += share * f64::from(light));
     }
     sum
 }

@@ -174,14 +174,14 @@ simd! {
                 let upwind =
                     fma(w[0], rows[0].sigma[at], w[1] * rows[0].sigma[at + 1]) + fma(w[2], rows[1].sigma[at], w[3] * rows[1].sigma[at + 1]);
                 // Where no dust is, its source function is that of the dust beside it.
-                let (inverse, own) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
+                let (inverse, self_share) = if upwind > line.cells.least { (1.0 / upwind, 0.0) } else { (0.0, 1.0) };
                 let clear = sigma <= line.cells.least;
                 let depth = 0.5 * (upwind + sigma) * beam.length_pc;
                 let (mut radiance, mut through) = ([0.0; N], [0.0; N]);
                 for t in 0..N {
                     let (e, first, second) = shares(line.k[t] * depth);
                     through[t] = first + e;
-                    let upwind_source = fma(scattering[t], inverse, own * own_source[t]);
+                    let upwind_source = fma(scattering[t], inverse, self_share * own_source[t]);
                     let source = if clear { upwind_source } else { own_source[t] };
                     radiance[t] = fma(incoming[t], e, fma(upwind_source, first, source * second));
                 }
@@ -229,11 +229,11 @@ mod tests {
 
     fn cells(dims: [usize; 3], size: DVec3, sigma: impl Fn(DVec3) -> f64) -> Cells {
         let lattice = Lattice { dims, bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };
-        let of = |cell: usize| {
+        let sweep = |cell: usize| {
             let [x, y, z] = lattice.place(cell);
             sigma(lattice.centre(x, y, z)) as f32
         };
-        let sigma = (0..lattice.cells()).map(of).collect();
+        let sigma = (0..lattice.cells()).map(sweep).collect();
         Cells::of(lattice, sigma)
     }
 

@@ -213,9 +213,9 @@ impl Marches<'_> {
         let field = self.fast.field.is_some();
         let mut best: Option<Choice> = None;
         let Self { scene, options, .. } = *self;
-        let fixed = scene.method.star_depth_voxels.map(|own| own.min(options.star_depth_voxels));
+        let fixed = scene.method.star_depth_voxels.map(|voxels| voxels.min(options.star_depth_voxels));
         let factors = match &fixed {
-            Some(own) => std::slice::from_ref(own),
+            Some(only) => std::slice::from_ref(only),
             None => &FACTORS,
         };
         for &factor in factors.iter().take_while(|factor| **factor == 1 || **factor <= options.star_depth_voxels) {

@@ -117,13 +117,13 @@ impl RayMarch<'_> {
         let enough = if eye.goes_on() { f64::INFINITY } else { END / self.spectral.least_k };
         let (steps, samples) = if self.exact {
             steps.refine(space, ray, enough);
-            let (own, places) = steps.within_ends();
+            let (depths, places) = steps.within_ends();
             let samples = Samples::of_fields(space, ray, &steps, &places, self.columns);
-            (own, samples)
+            (depths, samples)
         } else {
-            let (own, places) = if self.stepping.has_middles() { steps.at_ends_and_middles() } else { steps.at_ends() };
+            let (depths, places) = if self.stepping.has_middles() { steps.at_ends_and_middles() } else { steps.at_ends() };
             let samples = Samples::of_volumes(space, ray, &places, self.columns);
-            (own, samples)
+            (depths, samples)
         };
         let gas: Vec<(usize, f64)> = sources
             .iter()

@@ -112,11 +112,11 @@ fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &
         Ok(march(space, &shading, &pilot(column, row, 1.0), Stepping::PerVoxel(1.0), false))
     };
     let pixels = sampled_pixels::sampled(camera, space, look)?;
-    let mut kept = 0;
+    let mut count = 0;
     let kept_if_small = |p: sampled_pixels::SampledPixel| {
         let mut pilot = pilot(p.column, p.row, p.stands_for);
-        kept += pilot.columns.as_ref().map_or(0, StarColumns::bytes);
-        pilot.columns = pilot.columns.filter(|_| kept <= KEPT_BYTES);
+        count += pilot.columns.as_ref().map_or(0, StarColumns::bytes);
+        pilot.columns = pilot.columns.filter(|_| count <= KEPT_BYTES);
         pilot
     };
     Ok(pixels.into_iter().map(kept_if_small).collect())
@@ -195,12 +195,12 @@ impl Eye for Bands<'_> {
 /// Band radiances of one ray, marched as the fast back ends do, in f64.
 fn march(space: &SpatialPlan, shading: &Shading, pilot: &Pilot, stepping: Stepping, exact: bool) -> Vec<f64> {
     let ray = &pilot.ray;
-    let own;
+    let made;
     let columns = match &pilot.columns {
-        Some(kept) => kept,
+        Some(count) => count,
         None => {
-            own = columns(space, ray);
-            &own
+            made = columns(space, ray);
+            &made
         }
     };
     let nothing = vec![0.0; shading.spectral.bands.len()];
@@ -241,12 +241,12 @@ mod tests {
             let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(16)).plan(&scene, None, &Control::default()).unwrap();
             let shading = Shading::new(plan.spectral(), plan.lights());
             let ray = scene.camera.ray(4.6, 3.7);
-            let kept = Pilot::new(plan.space(), ray, 1.0);
+            let cached = Pilot::new(plan.space(), ray, 1.0);
             let not_kept = Pilot { ray, pixels: 1.0, columns: None };
             for exact in [false, true] {
                 let light = |pilot: &Pilot| march(plan.space(), &shading, pilot, Stepping::PerVoxel(2.0), exact);
                 // Asked for the second time, depths are read from what was kept.
-                let (first, second) = (light(&kept), light(&kept));
+                let (first, second) = (light(&cached), light(&cached));
                 assert!(first == second && first == light(&not_kept) && first[0] > 0.0, "{first:?} {second:?}");
             }
         }
@@ -307,9 +307,12 @@ mod tests {
         };
         for (stepping, other) in [(Stepping::Paired(1.0), Stepping::PerVoxel(1.0)), (Stepping::PerVoxel(1.0), Stepping::Paired(1.0))] {
             let plan = plan.clone().with_stepping(stepping);
-            let own = f64::from(crate::backend::cpu::radiance(&plan, &Control::default()).unwrap().0[0]);
+            let radiance = f64::from(crate::backend::cpu::radiance(&plan, &Control::default()).unwrap().0[0]);
             let (truth, wrong) = (shading_of(&plan, stepping), shading_of(&plan, other));
-            assert!((own / truth - 1.0).abs() < 2e-6 && (own / wrong - 1.0).abs() > 2e-5, "{stepping}: {own:e} {truth:e} {wrong:e}");
+            assert!(
+                (radiance / truth - 1.0).abs() < 2e-6 && (radiance / wrong - 1.0).abs() > 2e-5,
+                "{stepping}: {radiance:e} {truth:e} {wrong:e}"
+            );
         }
     }
 }

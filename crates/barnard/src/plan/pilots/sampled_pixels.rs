@@ -83,19 +83,19 @@ pub(in crate::plan) fn sampled(
         looked_at.extend(order.iter().take(CONTRASTED));
     }
     for cell in 0..EDGE * EDGE {
-        let mut own = if looked_at.contains(&cell) { cells.ninths(cell) } else { vec![cells.middle(cell)] };
+        let mut sampled_pixels = if looked_at.contains(&cell) { cells.ninths(cell) } else { vec![cells.middle(cell)] };
         let taken = |pixel: &(usize, usize)| near.contains(pixel) || on_edge.contains(pixel);
-        own.retain(|pixel| !taken(pixel));
+        sampled_pixels.retain(|pixel| !taken(pixel));
         // An image may have billions of pixels: those that are left are counted, not looked at.
         let left = cells.count(cell) - near.iter().chain(&on_edge).filter(|pixel| cells.holds(cell, pixel)).count();
         if left == 0 {
             continue;
         }
-        if own.is_empty() {
-            own.extend(cells.pixels(cell).find(|pixel| !taken(pixel)));
+        if sampled_pixels.is_empty() {
+            sampled_pixels.extend(cells.pixels(cell).find(|pixel| !taken(pixel)));
         }
-        let stands_for = share * left as f64 / own.len().max(1) as f64;
-        pixels.extend(own.into_iter().map(|(column, row)| SampledPixel { column, row, stands_for }));
+        let stands_for = share * left as f64 / sampled_pixels.len().max(1) as f64;
+        pixels.extend(sampled_pixels.into_iter().map(|(column, row)| SampledPixel { column, row, stands_for }));
     }
     pixels.extend(edges);
     Ok(pixels)

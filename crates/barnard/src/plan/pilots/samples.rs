@@ -69,9 +69,9 @@ impl Samples {
                 }
             }
         }
-        let own = space.marched().len().min(seen.len());
+        let count = space.marched().len().min(seen.len());
         for (t, values) in places.iter().zip(samples.values.chunks_exact_mut(samples.width)).filter(|(_, values)| values[0] > 0.0) {
-            (own..seen.len()).for_each(|i| values[1 + i] = columns.depth(space, i, *t));
+            (count..seen.len()).for_each(|i| values[1 + i] = columns.depth(space, i, *t));
         }
         samples
     }
@@ -82,8 +82,8 @@ impl Samples {
         let seen = &columns.stars;
         let mut samples = Self::zeroed(seen.len(), space, places.len());
         let points: Vec<_> = places.iter().map(|t| ray.at(*t)).collect();
-        let mut write = |slot: usize, own: &[f64]| {
-            samples.values.chunks_exact_mut(samples.width).zip(own).for_each(|(values, own)| values[slot] = *own);
+        let mut write = |slot: usize, row: &[f64]| {
+            samples.values.chunks_exact_mut(samples.width).zip(row).for_each(|(values, value)| values[slot] = *value);
         };
         write(0, &space.dust_at(&points));
         for species in 0..space.species() {

@@ -129,7 +129,7 @@ mod tests {
             }
             f64::sqrt(sum / count) / voxel_depth
         };
-        let (own, coarse) = (rms(KNOTS), rms(0.5 * KNOTS));
-        assert!(own < 1.2e-2 && coarse > 2.5 * own, "{own:.1e} {coarse:.1e}");
+        let (error, coarse) = (rms(KNOTS), rms(0.5 * KNOTS));
+        assert!(error < 1.2e-2 && coarse > 2.5 * error, "{error:.1e} {coarse:.1e}");
     }
 }

@@ -94,9 +94,9 @@ impl Steps {
         let far = ends.last().map_or(near, |end| end.t);
         ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)).map(|t| End { jump: true, ..End::smooth(t) }));
         ends.sort_by(|a, b| a.t.total_cmp(&b.t));
-        ends.dedup_by(|later, kept| {
-            let same = later.t - kept.t <= 1e-12 * far;
-            kept.jump |= same && later.jump;
+        ends.dedup_by(|later, earlier| {
+            let same = later.t - earlier.t <= 1e-12 * far;
+            earlier.jump |= same && later.jump;
             same
         });
         let (mut fine, mut tau) = (Vec::with_capacity(ends.len()), 0.0);
@@ -112,8 +112,8 @@ impl Steps {
                 let growth = length * (sigma[0] + 4.0 * sigma[1] + sigma[2]) / 6.0;
                 for part in 1..=parts as usize {
                     let share = part as f64 / parts;
-                    let own = if part == parts as usize { *end } else { End::smooth(from + length * share) };
-                    fine.push(End { depth: tau + growth * share, ..own });
+                    let end_of_part = if part == parts as usize { *end } else { End::smooth(from + length * share) };
+                    fine.push(End { depth: tau + growth * share, ..end_of_part });
                 }
                 tau += growth;
                 if tau > 2.0 * enough {

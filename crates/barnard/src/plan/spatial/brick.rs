@@ -51,7 +51,7 @@ impl SpatialPlan {
     /// If a field has another number of values, there are more or fewer fields than this space has, or volumes would
     /// take more memory than allowed.
     pub(crate) fn brick(&self, whole: &Lattice, voxels: &[Range<usize>; 3], fields: BrickFields, memory_limit: u64) -> Result<Self> {
-        let held = &whole.part(voxels);
+        let stored_part = &whole.part(voxels);
         let BrickFields { dust, star_depths: depths, gas } = fields;
         let counts = (usize::from(dust.is_some()), depths.len(), gas.len());
         let stars = if self.dust.is_some() { self.marched.len() } else { 0 };
@@ -60,11 +60,11 @@ impl SpatialPlan {
             let named = |(dust, depths, gas)| format!("{dust} of dust, {depths} of star depths, {gas} of gas");
             return Err(Error::mismatch("fields of a brick", named(wanted), named(counts)));
         }
-        let bytes = self.precision.bytes() * ((wanted.0 + wanted.1 + wanted.2) * held.cells()) as u64;
+        let bytes = self.precision.bytes() * ((wanted.0 + wanted.1 + wanted.2) * stored_part.cells()) as u64;
         memory::check("volumes of a brick", bytes, memory_limit)?;
-        let grid = |what: &'static str, data: Vec<f32>| match data.len() == held.cells() {
-            true => Ok(Grid::from_lattice(held.clone(), data)),
-            false => Err(Error::mismatch(what, format!("{} values, one per voxel", held.cells()), data.len())),
+        let grid = |what: &'static str, data: Vec<f32>| match data.len() == stored_part.cells() {
+            true => Ok(Grid::from_lattice(stored_part.clone(), data)),
+            false => Err(Error::mismatch(what, format!("{} values, one per voxel", stored_part.cells()), data.len())),
         };
         let dust = dust.map(|data| grid("dust of a brick", data)).transpose()?;
         let depths = depths.into_iter().map(|data| grid("star depths of a brick", data)).collect::<Result<Vec<_>>>()?;
@@ -73,8 +73,8 @@ impl SpatialPlan {
         channels.extend(self.marched.iter().zip(&depths).map(|(star, grid)| (Channel::StarDepth(*star), grid)));
         channels.extend(emission.iter().enumerate().map(|(species, grid)| (Channel::Emission(species), grid)));
         let volume = |chunk: &[(Channel, &Grid)]| {
-            let volume = Volume::with_precision(held, chunk.iter().map(|c| c.0).collect(), self.precision);
-            let mut volume = volume.part_of(whole, voxels.each_ref().map(|own| own.start));
+            let volume = Volume::with_precision(stored_part, chunk.iter().map(|c| c.0).collect(), self.precision);
+            let mut volume = volume.part_of(whole, voxels.each_ref().map(|range| range.start));
             for (slot, (channel, grid)) in chunk.iter().enumerate() {
                 volume.fill(slot, grid);
                 if matches!(channel, Channel::StarDepth(_)) {

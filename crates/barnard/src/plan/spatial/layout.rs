@@ -44,12 +44,12 @@ impl SpatialPlan {
 
     /// The largest star depth at a place with dust [1].
     pub(super) fn deepest(&self) -> f64 {
-        let of = |v: &Volume| {
+        let parts = |v: &Volume| {
             let stars = v.channels.iter().enumerate().filter(|(_, c)| matches!(c, Channel::StarDepth(_)));
             stars.map(|(slot, _)| f64::from(star_depths::deepest(v, slot, &self.bricks[0]))).fold(0.0, f64::max)
         };
         let many_lights = self.many_lights.as_ref().map_or(0.0, |many_lights| many_lights.deepest(&self.bricks[0]));
-        self.volumes.iter().map(|v| of(v)).fold(many_lights, f64::max)
+        self.volumes.iter().map(|v| parts(v)).fold(many_lights, f64::max)
     }
 
     /// Lets go of the star depths, once something else holds the light.
@@ -69,8 +69,8 @@ impl SpatialPlan {
         self.volumes.clear();
         let mut volumes: Vec<Volume> = Vec::new();
         while let Some((lattice, _)) = parts.first().cloned() {
-            let (own, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
-            let channels: Vec<Channel> = own.into_iter().map(|p| p.1).collect();
+            let (alike, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|p| p.0 == lattice);
+            let channels: Vec<Channel> = alike.into_iter().map(|p| p.1).collect();
             let pages = self.pages(&lattice, &channels, scene.method.steps);
             let bytes = self.precision.bytes() * (channels.len() * pages.voxels()) as u64;
             let depths = channels.iter().filter(|channel| matches!(channel, Channel::StarDepth(_))).count();
@@ -134,17 +134,17 @@ impl SpatialPlan {
     /// The bytes of star depths of `factor` voxels along one of dust.
     pub fn star_bytes(&self, factor: usize) -> u64 {
         let cells = self.dust.as_ref().map_or(0, |d| d.lattice().cells() as u64);
-        let held = self.marched.first().and_then(|star| self.star_channel(*star)).map_or(1.0, |(volume, _)| volume.held());
+        let stored_share = self.marched.first().and_then(|star| self.star_channel(*star)).map_or(1.0, |(volume, _)| volume.stored_share());
         let bytes = self.precision.bytes() * cells.saturating_mul(factor.pow(3) as u64).saturating_mul(self.marched.len() as u64);
-        (held * bytes as f64) as u64
+        (stored_share * bytes as f64) as u64
     }
 
     /// The bytes that all grids take.
     pub fn bytes(&self) -> u64 {
         // What the scene holds as well is not the plan's.
         let is_own = |grid: &&Grid| !self.densities.iter().filter_map(|field| field.grid()).any(|of_scene| of_scene.shares(grid));
-        let own: u64 = self.dust.iter().map(|d| &**d).chain(&self.emission).filter(is_own).map(Grid::bytes).sum();
+        let held_bytes: u64 = self.dust.iter().map(|d| &**d).chain(&self.emission).filter(is_own).map(Grid::bytes).sum();
         let many_lights = self.many_lights.as_ref().map_or(0, |many_lights| many_lights.bytes());
-        self.volumes.iter().map(|volume| volume.bytes()).sum::<u64>() + own + many_lights
+        self.volumes.iter().map(|volume| volume.bytes()).sum::<u64>() + held_bytes + many_lights
     }
 }

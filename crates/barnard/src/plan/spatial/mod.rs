@@ -286,10 +286,10 @@ impl SpatialPlan {
         let Some(dust) = &self.dust else { return Ok(()) };
         let edge = dust.lattice().voxel_pc().max_element();
         for star in &scene.stars {
-            let own = dust.at(star.position) * edge;
-            if own > SWALLOWED {
+            let depth_of_voxel = dust.at(star.position) * edge;
+            if depth_of_voxel > SWALLOWED {
                 return Err(Error::Star(format!(
-                    "{} is in a voxel of optical depth {own:.1}, so none of its light escapes; move the star, or carve a hole such as density = \"cloud * step((x-X)^2+(y-Y)^2+(z-Z)^2, R^2)\"",
+                    "{} is in a voxel of optical depth {depth_of_voxel:.1}, so none of its light escapes; move the star, or carve a hole such as density = \"cloud * step((x-X)^2+(y-Y)^2+(z-Z)^2, R^2)\"",
                     star.name
                 )));
             }

@@ -74,11 +74,11 @@ impl SpatialPlan {
             return Ok(None);
         }
         let Some(followed) = self.updated(scene, options, control)? else { return Ok(None) };
-        let mut own = Self { spatial: None, ..Arc::unwrap_or_clone(followed) };
-        if own.star_factor != 1 {
-            own.refine_stars(1, scene, options, control)?;
+        let mut changed = Self { spatial: None, ..Arc::unwrap_or_clone(followed) };
+        if changed.star_factor != 1 {
+            changed.refine_stars(1, scene, options, control)?;
         }
-        Ok(Some(own))
+        Ok(Some(changed))
     }
 
     /// True if a density of one is as much dust as in `scene`.
@@ -169,8 +169,8 @@ impl SpatialPlan {
 
     /// A space whose fields are this one's samples, for exact marches through them.
     pub fn of_samples(&self) -> Self {
-        let own = |grid: &Grid| Arc::new(grid.clone()) as Arc<dyn Field>;
-        let densities = self.dust.iter().map(|dust| dust.clone() as Arc<dyn Field>).chain(self.emission.iter().map(own)).collect();
+        let shared = |grid: &Grid| Arc::new(grid.clone()) as Arc<dyn Field>;
+        let densities = self.dust.iter().map(|dust| dust.clone() as Arc<dyn Field>).chain(self.emission.iter().map(shared)).collect();
         Self { densities, sigma_v_per_pc: 1.0, ..self.clone() }
     }
 }

@@ -111,12 +111,12 @@ impl SpectralPlan {
                     settings,
                     interrupted: &|| control.interrupted(),
                 };
-                let own = method.entry.rule;
-                let entry = if may_share { own.serving(scene.bands.len(), &problem) } else { own };
+                let stated_rule = method.entry.rule;
+                let entry = if may_share { stated_rule.serving(scene.bands.len(), &problem) } else { stated_rule };
                 let rule = (entry.solve)(&problem);
                 control.check()?;
                 let rule = rule?;
-                let name = if entry.name == own.name { method.entry.name } else { entry.name };
+                let name = if entry.name == stated_rule.name { method.entry.name } else { entry.name };
                 Ok((name, BandPlan { band: band.clone(), sources, rule }))
             };
             scene.bands.par_iter().map(of_band).collect::<Result<Vec<(&str, BandPlan)>>>()
@@ -219,9 +219,9 @@ impl SpectralPlan {
     /// The radiance of each band that [sums](Self::add) come to.
     pub(crate) fn resolved(&self, sums: &[f64]) -> Vec<f64> {
         let of_band = |(b, band): (usize, &BandPlan)| match &band.rule.form {
-            Form::CommonNodes(own) => {
-                let lights = sums.chunks_exact(own.nodes.len()).zip(&own.weights);
-                lights.map(|(sums, weights)| weights.iter().zip(&sums[own.first..]).map(|(w, sum)| w * sum).sum::<f64>()).sum()
+            Form::CommonNodes(nodes) => {
+                let lights = sums.chunks_exact(nodes.nodes.len()).zip(&nodes.weights);
+                lights.map(|(sums, weights)| weights.iter().zip(&sums[nodes.first..]).map(|(w, sum)| w * sum).sum::<f64>()).sum()
             }
             _ => sums.get(b).copied().unwrap_or(0.0),
         };

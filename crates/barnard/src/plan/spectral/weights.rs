@@ -50,9 +50,9 @@ impl Weights {
     /// Flattens `plan`; light that its light field holds is left out, and light that does not shine.
     pub fn new(plan: &Plan) -> Self {
         let spectral = &plan.spectral;
-        let own = |(band, plan): (usize, &BandPlan)| vec![band; plan.terms()];
+        let of_terms = |(band, plan): (usize, &BandPlan)| vec![band; plan.terms()];
         let band_of =
-            if spectral.common_nodes().is_some() { Vec::new() } else { spectral.bands.iter().enumerate().flat_map(own).collect() };
+            if spectral.common_nodes().is_some() { Vec::new() } else { spectral.bands.iter().enumerate().flat_map(of_terms).collect() };
         let isotropic = if spectral.phase.is_some() { 1.0 } else { 1.0 / spectra::constants::SPHERE as f32 };
         let (mut scattered, mut emitted, mut background) = (Vec::new(), Vec::new(), None);
         let many_lights = plan.space.many_lights.as_deref();

@@ -34,8 +34,8 @@ simd! {
                 (second[lane], between[lane]) = (i - places.first_ray.min(i - 1), f);
             }
             for lane in 0..LANES {
-                let own = &rays[(second[lane] - 1).min(rays.len() - 4)..][..4];
-                (0..4).for_each(|i| four[i][lane] = own[i]);
+                let rays_near = &rays[(second[lane] - 1).min(rays.len() - 4)..][..4];
+                (0..4).for_each(|i| four[i][lane] = rays_near[i]);
             }
             let mut swept = [0.0; LANES];
             for lane in 0..LANES {

@@ -53,7 +53,7 @@ pub(super) struct FrustumSweep<'a> {
     pub dust: Part<'a>,
     pub frustum: Frustum,
     /// Voxels along u and v that are written.
-    pub own: [Range<usize>; 2],
+    pub ranges: [Range<usize>; 2],
     /// The depth of the straight way from the star to a voxel along u, v, w, where no ray beside it tells it.
     pub exact: &'a (dyn Fn([usize; 3]) -> f32 + Sync),
 }
@@ -102,8 +102,8 @@ pub fn sweep(dust: &Grid, star: DVec3, out: &mut ChannelMut, control: &Control, 
     for frustum in frustums(&lattice, star) {
         let axes = frustum.axes;
         let exact = |place| exact_depth(dust, star, &lattice, axes, place);
-        let own = [0, 1].map(|axis| 0..frustum.dims[axis]);
-        FrustumSweep { dust: Part::whole(dust), frustum, own, exact: &exact }.run(out, control, &mut visit)?;
+        let ranges = [0, 1].map(|axis| 0..frustum.dims[axis]);
+        FrustumSweep { dust: Part::whole(dust), frustum, ranges, exact: &exact }.run(out, control, &mut visit)?;
     }
     Ok(())
 }
@@ -175,8 +175,11 @@ impl FrustumSweep<'_> {
         let Tier { rays, window, .. } = tier;
         [0, 1].map(|axis| {
             let at = |ray: f64| self.to_dust(axis, self.frustum.star[axis] + (rays.first[axis] + ray * rays.spacing) * point) as usize;
-            let own = &window[axis];
-            within(&(at(own.start as f64 - 1.0).saturating_sub(1)..at(own.end as f64 - 2.0) + 3), &self.dust.held(self.frustum.axes[axis]))
+            let slab_range = &window[axis];
+            within(
+                &(at(slab_range.start as f64 - 1.0).saturating_sub(1)..at(slab_range.end as f64 - 2.0) + 3),
+                &self.dust.stored(self.frustum.axes[axis]),
+            )
         })
     }
 
@@ -186,20 +189,20 @@ impl FrustumSweep<'_> {
         let (first, spacing, window) = (tier.rays.first, tier.rays.spacing, tier.window.clone());
         let width = window[0].len();
         let [cells, rows] = [0, 1].map(|axis| self.dust.dims[self.frustum.axes[axis]]);
-        let [held_columns, held_rows] = [0, 1].map(|axis| self.dust.held(self.frustum.axes[axis]));
-        let held = held_columns.len();
+        let [held_columns, held_rows] = [0, 1].map(|axis| self.dust.stored(self.frustum.axes[axis]));
+        let column_count = held_columns.len();
         let scale = cells as f64 / self.frustum.dims[0] as f64;
         let half = 0.5 * (interval.to - interval.from);
-        let scratch = || ([vec![0.0f32; held + 1], vec![0.0f32; held + 1]], vec![0.0f32; width]);
+        let scratch = || ([vec![0.0f32; column_count + 1], vec![0.0f32; column_count + 1]], vec![0.0f32; width]);
         let row = |(mixed, gains): &mut ([Vec<f32>; 2], Vec<f32>), (j, depths): (usize, &mut [f32]), entries: Option<&mut [f32]>| {
             let v = first[1] + ((window[1].start + j) as f64 - 1.0) * spacing;
             for (((row, slab), point), columns) in mixed.iter_mut().zip(slabs).zip(interval.gauss()).zip(&columns) {
                 let y = self.to_dust(1, self.frustum.star[1] + v * point);
                 let low = (y as usize).min(rows - 1);
                 let local = |row: usize| row.min(rows - 1).clamp(held_rows.start, held_rows.end - 1) - held_rows.start;
-                let of = |row: usize| &slab[local(row) * held..][columns.clone()];
-                mix(&mut row[columns.clone()], of(low), of(low + 1), (y - low as f64) as f32);
-                row[held] = row[held - 1];
+                let slab_row = |row: usize| &slab[local(row) * column_count..][columns.clone()];
+                mix(&mut row[columns.clone()], slab_row(low), slab_row(low + 1), (y - low as f64) as f32);
+                row[column_count] = row[column_count - 1];
             }
             let slope = first[0] - spacing;
             let line = Line {
@@ -210,7 +213,7 @@ impl FrustumSweep<'_> {
                 flat: (self.frustum.edge[2].powi(2) + (v * self.frustum.edge[1]).powi(2)) as f32,
                 half: half as f32,
                 cells,
-                held: held_columns.start,
+                first_column: held_columns.start,
                 first_ray: window[0].start,
             };
             advance_line(&line, [&mixed[0], &mixed[1]], gains, depths);
@@ -235,10 +238,10 @@ impl FrustumSweep<'_> {
 
     /// The voxels along u or v of a plane at distance `z` that are written and lie inside the frustum.
     pub(super) fn covered(&self, axis: usize, z: f64) -> Range<usize> {
-        let own = &self.own[axis];
+        let slab_range = &self.ranges[axis];
         let (low, high) = (self.frustum.star[axis] - z - SHARED, self.frustum.star[axis] + z + SHARED);
-        let (low, high) = (low.ceil().max(own.start as f64), high.floor().min(own.end as f64 - 1.0));
-        if low > high { own.start..own.start } else { low as usize..high as usize + 1 }
+        let (low, high) = (low.ceil().max(slab_range.start as f64), high.floor().min(slab_range.end as f64 - 1.0));
+        if low > high { slab_range.start..slab_range.start } else { low as usize..high as usize + 1 }
     }
 
     /// Where voxel number 0 along u or v of a plane at distance `z` stands among the rays, and the step from voxel to
@@ -260,24 +263,24 @@ impl FrustumSweep<'_> {
         let width = window[0].len();
         let among = [0, 1].map(|axis| self.among(rays, axis, z));
         let around = |axis: usize, x: usize| beside(among[axis].0 + x as f64 * among[axis].1, rays.counts[axis]);
-        let own = &self.own;
-        let lines = values.par_chunks_mut(own[0].len().max(1)).enumerate().skip(rows.start - own[1].start).take(rows.len());
+        let slab_ranges = &self.ranges;
+        let lines = values.par_chunks_mut(slab_ranges[0].len().max(1)).enumerate().skip(rows.start - slab_ranges[1].start).take(rows.len());
         lines.with_min_len(ROWS_TOGETHER).for_each_init(
             || vec![0.0f32; width],
             |mixed, (row, line)| {
-                let y = own[1].start + row;
+                let y = slab_ranges[1].start + row;
                 let (j, f) = around(1, y);
                 let ray_rows = [j - 1, j, j + 1, j + 2].map(|j| &depths[(j - window[1].start) * width..][..width]);
                 cubic_rows(mixed, ray_rows, f);
                 let (first, step) = among[0];
-                let local = columns.start - own[0].start..columns.end - own[0].start;
+                let local = columns.start - slab_ranges[0].start..columns.end - slab_ranges[0].start;
                 let places = Places { first, step, voxel: columns.start, counts: rays.counts[0], first_ray: window[0].start };
                 cubic_line(&mut line[local], mixed, &places);
                 for x in columns.clone().filter(|_| has_side_entries) {
                     let (i, _) = around(0, x);
                     let i = i - window[0].start;
                     if grazed(ray_rows.map(|row| &row[i - 1..i + 3])) {
-                        line[x - own[0].start] = (self.exact)([x, y, plane]);
+                        line[x - slab_ranges[0].start] = (self.exact)([x, y, plane]);
                     }
                 }
             },
@@ -334,7 +337,7 @@ struct Line {
     half: f32,
     /// Voxels of dust along u, and the first of those at hand.
     cells: usize,
-    held: usize,
+    first_column: usize,
     /// The number of the first ray.
     first_ray: usize,
 }
@@ -347,11 +350,11 @@ simd! {
             let number = lanes!(|lane| (line.first_ray + chunk * LANES + lane) as f32);
             let mut sum = [0.0; LANES];
             for (row, (first, step)) in rows.iter().zip(line.samples) {
-                let (held, last) = (line.held as u32, row.len() as u32 - 2);
+                let (stored, last) = (line.first_column as u32, row.len() as u32 - 2);
                 let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
                 for lane in 0..LANES {
                     let at = place(fma(number[lane], step, first), line.cells);
-                    (cell[lane], fraction[lane]) = (at.cell.saturating_sub(held).min(last), at.fraction);
+                    (cell[lane], fraction[lane]) = (at.cell.saturating_sub(stored).min(last), at.fraction);
                 }
                 let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
                 for lane in 0..LANES {

@@ -98,22 +98,22 @@ fn match_means(volume: &mut Volume, slot: usize) {
             first += 1;
             volume.plane(slot, across(first + 2), &mut planes[2]);
         }
-        let own = &planes[z - first];
+        let plane = &planes[z - first];
         moved.par_chunks_exact_mut(nx).enumerate().for_each_init(
             || Around::new(nx),
             |around, (y, line)| {
-                around.begin(&own[row(y)]);
+                around.begin(&plane[row(y)]);
                 if nx > 2 {
-                    around.along(&own[row(y)]);
+                    around.along(&plane[row(y)]);
                 }
                 if ny > 2 {
                     let y = middle(y, ny);
-                    around.across([y - 1, y, y + 1].map(|y| &own[row(y)]));
+                    around.across([y - 1, y, y + 1].map(|y| &plane[row(y)]));
                 }
                 if nz > 2 {
                     around.across([0, 1, 2].map(|i| &planes[i][row(y)]));
                 }
-                line.iter_mut().zip(around.moved(&own[row(y)])).for_each(|(value, moved)| *value = moved);
+                line.iter_mut().zip(around.moved(&plane[row(y)])).for_each(|(value, moved)| *value = moved);
             },
         );
         volume.put_plane(slot, across(z), [1..nx + 1, 1..ny + 1], |x, y| moved[(y - 1) * nx + x - 1]);
@@ -133,10 +133,10 @@ impl Around {
     }
 
     /// Begins with a row alone.
-    fn begin(&mut self, own: &[f32]) {
+    fn begin(&mut self, plane: &[f32]) {
         self.second.fill(0.0);
-        self.low.copy_from_slice(own);
-        self.high.copy_from_slice(own);
+        self.low.copy_from_slice(plane);
+        self.high.copy_from_slice(plane);
     }
 
     /// Adds the neighbours across the row, given the row and those on both sides of it.
@@ -149,24 +149,24 @@ impl Around {
     }
 
     /// Adds the neighbours along the row.
-    fn along(&mut self, own: &[f32]) {
-        let last = own.len() - 1;
+    fn along(&mut self, plane: &[f32]) {
+        let last = plane.len() - 1;
         let mut add = |i: usize, [a, b, c]: [f32; 3]| {
             self.second[i] += known(a - 2.0 * b + c);
             self.low[i] = self.low[i].min(a).min(b).min(c);
             self.high[i] = self.high[i].max(a).max(b).max(c);
         };
-        add(0, [own[0], own[1], own[2]]);
-        add(last, [own[last - 2], own[last - 1], own[last]]);
+        add(0, [plane[0], plane[1], plane[2]]);
+        add(last, [plane[last - 2], plane[last - 1], plane[last]]);
         for i in 1..last {
-            add(i, [own[i - 1], own[i], own[i + 1]]);
+            add(i, [plane[i - 1], plane[i], plane[i + 1]]);
         }
     }
 
     /// The row's values, moved by a twelfth of the second differences.
-    fn moved(&self, own: &[f32]) -> impl Iterator<Item = f32> {
+    fn moved(&self, plane: &[f32]) -> impl Iterator<Item = f32> {
         let ends = self.low.iter().zip(&self.high);
-        own.iter().zip(&self.second).zip(ends).map(|((own, second), (low, high))| (own - second / 12.0).max(*low).min(*high))
+        plane.iter().zip(&self.second).zip(ends).map(|((first, second), (low, high))| (first - second / 12.0).max(*low).min(*high))
     }
 }
 
@@ -259,7 +259,7 @@ mod tests {
                     bake(&grid, star, ChannelMut { volume: &mut volume, slot: 1 }, Progress::UNHEARD, &Control::default()).unwrap();
                     (volume.pages().count(), volume.rows().flat_map(|row| row.into_owned()).collect::<Vec<_>>())
                 };
-                let (whole, paged) = (baked(Pages::whole), baked(|dims| Pages::held(dims, |_| true)));
+                let (whole, paged) = (baked(Pages::whole), baked(|dims| Pages::stored(dims, |_| true)));
                 assert!(whole.0 == 1 && paged.0 == 1 + 2 * 2 * (edge + 1).div_ceil(16), "{edge}: {}", paged.0);
                 assert!(whole.1 == paged.1 && whole.1.iter().any(|v| *v > 0.0), "{edge} {star}");
             }

@@ -28,14 +28,14 @@ impl<'a> Part<'a> {
     }
 
     /// Voxels of the part along an axis.
-    pub fn held(&self, axis: usize) -> Range<usize> {
+    pub fn stored(&self, axis: usize) -> Range<usize> {
         self.first[axis]..self.first[axis] + self.grid.lattice().dims[axis]
     }
 }
 
 /// The part of a range that lies in another, counted from where that begins.
-pub fn within(range: &Range<usize>, held: &Range<usize>) -> Range<usize> {
-    let place = |i: usize| i.clamp(held.start, held.end) - held.start;
+pub fn within(range: &Range<usize>, stored: &Range<usize>) -> Range<usize> {
+    let place = |i: usize| i.clamp(stored.start, stored.end) - stored.start;
     place(range.start)..place(range.end)
 }
 
@@ -64,13 +64,13 @@ impl<'a> Planes<'a> {
         let plane = (w as usize).min(whole - 1);
         let local = |plane: usize| plane.min(whole - 1).saturating_sub(first).min(nw - 1);
         let (low, high) = (local(plane), local(plane + 1));
-        let held = self.block.len() / (nu * nv);
-        if low < self.first || high >= self.first + held {
+        let row_length = self.block.len() / (nu * nv);
+        if low < self.first || high >= self.first + row_length {
             self.first = if self.backwards { (high + 1).saturating_sub(BLOCK) } else { low };
             self.copy(self.first, BLOCK.min(nw - self.first));
         }
-        let held = self.block.len() / (nu * nv);
-        let row = |k: usize, v: usize| &self.block[(v * held + k - self.first) * nu..][columns.clone()];
+        let row_length = self.block.len() / (nu * nv);
+        let row = |k: usize, v: usize| &self.block[(v * row_length + k - self.first) * nu..][columns.clone()];
         out.resize(nu * nv, 0.0);
         let lines = out.par_chunks_exact_mut(nu).enumerate().skip(rows.start).take(rows.len()).with_min_len(ROWS_TOGETHER);
         lines.for_each(|(v, line)| mix(&mut line[columns.clone()], row(low, v), row(high, v), (w - plane as f64) as f32));

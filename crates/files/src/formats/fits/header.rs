@@ -94,7 +94,9 @@ impl Header {
                         problems.push(format!("{keyword} = {value} is not a number"));
                     }
                     if is_numeric(&keyword)
-                        && cards.iter().any(|(own, other): &(String, String)| *own == keyword && parsed(other) != parsed(&value))
+                        && cards
+                            .iter()
+                            .any(|(keyword_before, other): &(String, String)| *keyword_before == keyword && parsed(other) != parsed(&value))
                     {
                         problems.push(format!("{keyword} occurs twice with different values"));
                     }
@@ -302,14 +304,14 @@ fn value_of(field: &str) -> String {
 /// Reads the headers of all HDUs of the file.
 pub fn headers(request: &mut Request) -> Result<Vec<Header>> {
     let magic = b"SIMPLE  =";
-    if request.bytes(0, magic.len())?.is_none_or(|own| own != magic) {
+    if request.bytes(0, magic.len())?.is_none_or(|found| found != magic) {
         return Err(Error::file(request.path, "is not a FITS file: it does not begin with SIMPLE"));
     }
     let mut headers = Vec::new();
     let (mut start, mut blocks) = (0u64, MAX_HEADER_BLOCKS);
     while start.saturating_add(BLOCK as u64) <= request.length && headers.len() < MAX_HDUS {
         // Records behind the last HDU are no part of it (FITS standard 4.0, §3.5).
-        if !headers.is_empty() && request.bytes(start, EXTENSION.len())?.is_none_or(|own| own != EXTENSION) {
+        if !headers.is_empty() && request.bytes(start, EXTENSION.len())?.is_none_or(|found| found != EXTENSION) {
             break;
         }
         let header = Header::read(request, start, &mut blocks)?;

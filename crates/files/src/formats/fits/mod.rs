@@ -173,7 +173,7 @@ pub(super) fn picture(request: &mut Request) -> Result<([usize; 2], Vec<f64>)> {
     };
     let number = number.ok_or_else(|| Error::file(request.path, "has no 2-D image there"))?;
     let mut values = Vec::new();
-    let (width, height) = planes(request, &headers[number..=number], |_| true, |_, own| values = own)?;
+    let (width, height) = planes(request, &headers[number..=number], |_| true, |_, plane| values = plane)?;
     Ok(([width, height], values))
 }
 
@@ -201,7 +201,7 @@ pub fn columns(request: &mut Request) -> Result<Columns> {
 fn members(request: &mut Request) -> Result<Vec<Member>> {
     gzip::unpacked(request)?;
     let headers = headers(request)?;
-    let of = |(number, header): (usize, &Header)| {
+    let plane = |(number, header): (usize, &Header)| {
         let kind = header.table().unwrap_or_else(|| match header.squeezed().len() {
             0 => "no data".into(),
             axes => format!("image of {axes} axes longer than one"),
@@ -225,7 +225,7 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
         }
         Member { name: number.to_string(), facts }
     };
-    Ok(headers.iter().enumerate().map(of).collect())
+    Ok(headers.iter().enumerate().map(plane).collect())
 }
 
 fn image(request: &mut Request) -> Result<Image> {
@@ -239,8 +239,8 @@ fn image(request: &mut Request) -> Result<Image> {
         |header| header.text(LAYER).is_none(),
         |(_, header), values| {
             double |= header.bitpix() == Some(-64);
-            let own = header.text("BUNIT").map(|own| [own, header.text("MAGSYS").unwrap_or_default()].join(" ").trim().to_owned());
-            unit = unit.take().or(own.filter(|own| !own.is_empty()));
+            let words = header.text("BUNIT").map(|words| [words, header.text("MAGSYS").unwrap_or_default()].join(" ").trim().to_owned());
+            unit = unit.take().or(words.filter(|words| !words.is_empty()));
             bands.push(header.text("EXTNAME").map_or_else(|| super::nameless(bands.len()), str::to_owned));
             data.extend(values);
         },

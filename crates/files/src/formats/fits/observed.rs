@@ -92,8 +92,8 @@ impl Observed {
                 ))
             }
             [first, ..] => {
-                let (count, own) = (found.len(), &first.name);
-                Err(format!("has {count} images named {own}; select one with FILE[{own},{}]", first.version))
+                let (count, wanted) = (found.len(), &first.name);
+                Err(format!("has {count} images named {wanted}; select one with FILE[{wanted},{}]", first.version))
             }
         }
     }
@@ -116,7 +116,7 @@ impl Observed {
         };
         let found: Vec<&Plane> = self.planes.iter().filter(is_it).collect();
         let [one] = found[..] else {
-            let known: Vec<String> = self.planes.iter().map(|own| format!("{} ({},{})", own.hdu, own.name, own.version)).collect();
+            let known: Vec<String> = self.planes.iter().map(|plane| format!("{} ({},{})", plane.hdu, plane.name, plane.version)).collect();
             let count = if found.is_empty() { "no".to_owned() } else { found.len().to_string() };
             return Err(format!("has {count} images {hdu}; its images are {}", known.join(", ")));
         };
@@ -135,12 +135,12 @@ impl Observed {
         self.beside(&format!("{MASK_PREFIX}{name}"), &MASKS)
     }
 
-    fn beside(&self, own: &str, others: &[&str]) -> Option<&Plane> {
+    fn beside(&self, hdu: &str, others: &[&str]) -> Option<&Plane> {
         let images = self.images().count();
         let named = |plane: &&Plane| others.iter().any(|other| plane.name.eq_ignore_ascii_case(other));
         self.planes
             .iter()
-            .find(|plane| plane.name.eq_ignore_ascii_case(own))
+            .find(|plane| plane.name.eq_ignore_ascii_case(hdu))
             .or_else(|| self.planes.iter().find(named).filter(|_| images == 1))
     }
 }
@@ -213,8 +213,9 @@ impl Sky {
             })
         };
         let has_matrix = number("CD1_1").or(number("CD1_2")).is_some();
-        let own = |i: usize, j: usize| if has_matrix { Some(number(&format!("CD{i}_{j}")).unwrap_or(0.0)) } else { element(i, j) };
-        let matrix = || Some(DMat2::from_cols(DVec2::new(own(1, 1)?, own(2, 1)?), DVec2::new(own(1, 2)?, own(2, 2)?)));
+        let element_of = |i: usize, j: usize| if has_matrix { Some(number(&format!("CD{i}_{j}")).unwrap_or(0.0)) } else { element(i, j) };
+        let matrix =
+            || Some(DMat2::from_cols(DVec2::new(element_of(1, 1)?, element_of(2, 1)?), DVec2::new(element_of(1, 2)?, element_of(2, 2)?)));
         let whole = || Some((pair("CRPIX")?, pair("CRVAL")?, matrix().filter(|matrix| matrix.determinant() != 0.0)?));
         let known = whole();
         let is_there = |keyword: &&str| header.text(keyword).is_some() || number(keyword).is_some();
@@ -226,7 +227,8 @@ impl Sky {
             let plane = kinds[0].ends_with("TAN").then_some(["PV1_0", "PV1_1", "PV1_2", "PV2_0", "PV2_1", "PV2_2"]);
             plane.and_then(|keywords| keywords.into_iter().find(|keyword| is_there(keyword))).map(str::to_owned)
         };
-        let others = || ["A_ORDER", "B_ORDER", "CPDIS1", "CPDIS2"].iter().find(|keyword| is_there(keyword)).map(|own| (*own).to_owned());
+        let others =
+            || ["A_ORDER", "B_ORDER", "CPDIS1", "CPDIS2"].iter().find(|keyword| is_there(keyword)).map(|keyword| (*keyword).to_owned());
         let is_of_another_year = || number("EQUINOX").filter(|year| *year != 2000.0).map(|year| format!("EQUINOX = {year}"));
         let is_none = || known.is_none().then(|| "invalid CRPIX, CRVAL, CD, PC or CDELT".to_owned());
         let peculiar = is_none()
@@ -254,9 +256,9 @@ impl Sky {
 
     /// Why places of another picture cannot be compared with those of this one, a picture of a scene; nothing where they can.
     pub fn differs(&self, other: &Self) -> Option<String> {
-        let [own, theirs] = [self, other].map(|sky| sky.kinds.join(" and "));
-        let of_kind = || (own != theirs).then(|| format!("has the axes {theirs}, the scene's picture {own}"));
-        other.peculiar.as_ref().map(|said| format!("has {said}, which is unsupported")).or_else(of_kind)
+        let [ours, theirs] = [self, other].map(|sky| sky.kinds.join(" and "));
+        let of_kind = || (ours != theirs).then(|| format!("has the axes {theirs}, the scene's picture {ours}"));
+        other.peculiar.as_ref().map(|feature| format!("has {feature}, which is unsupported")).or_else(of_kind)
     }
 
     /// How many of this one's pixels a place of another picture lies from where this one has it, which does not

@@ -75,18 +75,18 @@ impl Table {
             rows: (1..=self.rows).map(|row| (row, Vec::new())).collect(),
             ..Columns::default()
         };
-        for (i, own) in self.columns.iter().enumerate() {
-            let letter = own.format.trim_start_matches('1');
+        for (i, column) in self.columns.iter().enumerate() {
+            let letter = column.format.trim_start_matches('1');
             if letter.starts_with(|c: char| c.is_ascii_digit()) && !letter.ends_with('A') {
-                return Err(format!("column \"{}\" has {} numbers per cell; write one number per row", own.name, own.format));
+                return Err(format!("column \"{}\" has {} numbers per cell; write one number per row", column.name, column.format));
             }
-            columns.columns.push(curve::Column { name: own.name.clone(), unit: text("TUNIT", i).map(str::to_owned) });
+            columns.columns.push(curve::Column { name: column.name.clone(), unit: text("TUNIT", i).map(str::to_owned) });
             let (scale, zero) =
                 (header.number(&format!("TSCAL{}", i + 1)).unwrap_or(1.0), header.number(&format!("TZERO{}", i + 1)).unwrap_or(0.0));
             let blank = header.integer(&format!("TNULL{}", i + 1)).map(|blank| blank as f64);
             for (row, bytes) in columns.rows.iter_mut().zip(cells.chunks_exact(self.row.max(1))) {
                 // A column of texts next to the numbers is no number.
-                let stored = bytes.get(own.at..).and_then(|cell| number(letter, cell)).filter(|stored| Some(*stored) != blank);
+                let stored = bytes.get(column.at..).and_then(|cell| number(letter, cell)).filter(|stored| Some(*stored) != blank);
                 row.1.push(stored.map_or(f64::NAN, |stored| zero + scale * stored));
             }
         }
@@ -101,12 +101,12 @@ impl Table {
         let (format, cell) = self.column(name, cells)?;
         let (count, from) = match format.chars().next()? {
             'P' => {
-                let of = |at: usize| Some(u64::from(u32::from_be_bytes(*cell.get(at..)?.first_chunk()?)));
-                (of(0)?, of(4)?)
+                let number = |at: usize| Some(u64::from(u32::from_be_bytes(*cell.get(at..)?.first_chunk()?)));
+                (number(0)?, number(4)?)
             }
             'Q' => {
-                let of = |at: usize| Some(u64::from_be_bytes(*cell.get(at..)?.first_chunk()?));
-                (of(0)?, of(8)?)
+                let number = |at: usize| Some(u64::from_be_bytes(*cell.get(at..)?.first_chunk()?));
+                (number(0)?, number(8)?)
             }
             _ => return None,
         };

@@ -125,7 +125,7 @@ impl<'h> Tiles<'h> {
         };
         let edges = (1..=axes.len()).map(edge).collect::<Result<Vec<u64>, String>>()?;
         let option = |name: &str| {
-            let number = (1..).map_while(|i| header.text(&format!("ZNAME{i}"))).position(|own| own == name)?;
+            let number = (1..).map_while(|i| header.text(&format!("ZNAME{i}"))).position(|known| known == name)?;
             header.integer(&format!("ZVAL{}", number + 1))
         };
         let packing = match header.text("ZCMPTYPE").unwrap_or("none") {
@@ -238,7 +238,7 @@ impl Dither {
             let next = |seed: &u64| Some(seed * 16_807 % 2_147_483_647);
             std::iter::successors(next(&1), next).take(RANDOM).map(|seed| (seed as f64 / 2_147_483_647.0) as f32).collect()
         });
-        let first = move |of: usize| (numbers[of] * 500.0) as usize;
+        let first = move |index: usize| (numbers[index] * 500.0) as usize;
         let mut outer = (row + seed - 1) % RANDOM;
         let mut inner = first(outer);
         Some(std::iter::from_fn(move || {

@@ -254,8 +254,8 @@ fn density_of(unit: RadianceUnit) -> Option<(&'static str, f64)> {
 
 /// The values of a channel of a cube: band radiances by the width of the channel, other units as they are.
 fn densities(image: &Image, band: usize) -> impl Iterator<Item = f64> + '_ {
-    let of = (0..image.bands.len()).find(|of| image.errors_of(*of) == Some(band)).unwrap_or(band);
-    let width = image.bands[of].width_um.unwrap_or(1.0);
+    let radiance_band = (0..image.bands.len()).find(|index| image.errors_of(*index) == Some(band)).unwrap_or(band);
+    let width = image.bands[radiance_band].width_um.unwrap_or(1.0);
     let factor = density_of(unit(image)).map_or(1.0, |(_, parts)| 1.0 / (width * parts));
     image.in_unit(band).map(move |value| value * factor)
 }
@@ -270,7 +270,7 @@ fn header_of_cube(image: &Image, name: &str, bands: &[usize]) -> Vec<u8> {
     cards.value("GCOUNT", 1, "");
     cards.text("EXTNAME", name, "channels of a spectrograph");
     match density_of(unit(image)) {
-        Some((own, _)) => cards.text("BUNIT", own, "mean over each channel"),
+        Some((stated, _)) => cards.text("BUNIT", stated, "mean over each channel"),
         None => unit_cards(&mut cards, unit(image), unit(image).meaning()),
     }
     if name == CUBE_ERROR {
@@ -335,8 +335,8 @@ fn header_of(image: &Image, index: usize) -> Vec<u8> {
     cards.text("EXTNAME", &distinct_names(image)[index], "passband");
     if image.is_error(index) {
         // A difference of magnitudes has no zero point.
-        let of = if unit(image).magnitude_system().is_some() { "mag" } else { unit(image).fits() };
-        cards.text("BUNIT", of, "standard error of another HDU");
+        let unit_text = if unit(image).magnitude_system().is_some() { "mag" } else { unit(image).fits() };
+        cards.text("BUNIT", unit_text, "standard error of another HDU");
         cards.text("HDUCLAS2", "ERROR", "standard errors of another HDU");
     } else {
         unit_cards(&mut cards, unit(image), unit(image).meaning());
@@ -385,7 +385,7 @@ fn wcs(cards: &mut Cards, image: &Image, axes: usize) {
 /// A frame of the sky.
 fn on_the_sky(cards: &mut Cards, image: &Image, sky: &SkyCoordinates, axes: usize) {
     cards.value("WCSAXES", axes, "");
-    let of = match sky.turned {
+    let comment = match sky.turned {
         Turned::Plane(_) => "the target",
         Turned::Sphere { .. } => "over the image's own pole",
     };
@@ -394,7 +394,7 @@ fn on_the_sky(cards: &mut Cards, image: &Image, sky: &SkyCoordinates, axes: usiz
         cards.text(&format!("CTYPE{axis}"), kind, "place on the sky");
         cards.text(&format!("CUNIT{axis}"), "deg", "");
         cards.number(&format!("CRPIX{axis}"), image.reference_pixel()[i], "optical axis in the image");
-        cards.number(&format!("CRVAL{axis}"), sky.reference_deg[i], of);
+        cards.number(&format!("CRVAL{axis}"), sky.reference_deg[i], comment);
         cards.number(&format!("CDELT{axis}"), sky.step_deg[i], "pixel scale");
     }
     let pole = match sky.turned {

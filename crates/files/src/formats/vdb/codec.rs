@@ -81,9 +81,9 @@ impl Coding {
 
     /// A number that stands alone.
     pub fn number(&self, bytes: &mut Bytes) -> Result<f64> {
-        let own = bytes.take(self.full)?;
+        let stored = bytes.take(self.full)?;
         let mut value = [0.0];
-        unpack(&own, self.full, &mut value);
+        unpack(&stored, self.full, &mut value);
         Ok(value[0])
     }
 
@@ -93,19 +93,19 @@ impl Coding {
         if kind > inactive::STORED {
             return Err(bytes.wrong(format!("a block has kind {kind} of 0 to {}: the file is corrupt", inactive::STORED)));
         }
-        let mut own = [if kind == inactive::BACKGROUND { self.background } else { -self.background }, self.background];
+        let mut fill = [if kind == inactive::BACKGROUND { self.background } else { -self.background }, self.background];
         if matches!(kind, inactive::ONE | inactive::MASK_AND_ONE | inactive::MASK_AND_TWO) {
-            own[0] = self.number(bytes)?;
+            fill[0] = self.number(bytes)?;
         }
         if kind == inactive::MASK_AND_TWO {
-            own[1] = self.number(bytes)?;
+            fill[1] = self.number(bytes)?;
         }
         let masked = matches!(kind, inactive::MASK_OF_SIGN | inactive::MASK_AND_ONE | inactive::MASK_AND_TWO);
         let selection = masked.then(|| bytes.mask(places)).transpose()?;
         let only_active = self.compression & ACTIVE_MASK != 0 && kind != inactive::STORED;
         let count = if only_active { active.count() } else { places };
         let packed = self.packed(bytes, count)?;
-        Ok(Block { inactive: own, selection, only_active, count, at: bytes.at(), packed })
+        Ok(Block { inactive: fill, selection, only_active, count, at: bytes.at(), packed })
     }
 
     fn packed(&self, bytes: &mut Bytes, count: usize) -> Result<Packed> {
@@ -134,13 +134,13 @@ impl Coding {
     pub fn values<T: Kept>(&self, block: &Block, active: &Mask, values: &mut [T]) -> std::result::Result<(), String> {
         let unpacked;
         let stored = match &block.packed {
-            Packed::Plain(own) => own,
-            Packed::Zip(own) => {
-                unpacked = exactly(ZlibDecoder::new(&own[..]), block.count * self.packed, "zlib")?;
+            Packed::Plain(bytes_of_values) => bytes_of_values,
+            Packed::Zip(packed) => {
+                unpacked = exactly(ZlibDecoder::new(&packed[..]), block.count * self.packed, "zlib")?;
                 &unpacked
             }
-            Packed::Blosc(own) => {
-                unpacked = unblosc(own, block.count * self.packed)?;
+            Packed::Blosc(packed) => {
+                unpacked = unblosc(packed, block.count * self.packed)?;
                 &unpacked
             }
         };
@@ -217,8 +217,8 @@ fn unblosc(coded: &[u8], size: usize) -> std::result::Result<Vec<u8>, String> {
         if !out.len().is_multiple_of(streams) {
             return Err(format!("its Blosc buffer splits {} bytes into {streams} streams", out.len()));
         }
-        let mut own = vec![0; out.len()];
-        for stream in own.chunks_mut(out.len() / streams) {
+        let mut unpacked = vec![0; out.len()];
+        for stream in unpacked.chunks_mut(out.len() / streams) {
             let length = word_of(at).ok_or_else(short)?;
             let packed = at.checked_add(4).and_then(|from| body.get(from..from.checked_add(length)?)).ok_or_else(short)?;
             at += 4 + length;
@@ -228,7 +228,7 @@ fn unblosc(coded: &[u8], size: usize) -> std::result::Result<Vec<u8>, String> {
                 return Err("the LZ4 stream of its Blosc buffer is corrupt".into());
             }
         }
-        if flags & SHUFFLED != 0 && type_size > 1 { unshuffle(&own, type_size, out) } else { out.copy_from_slice(&own) }
+        if flags & SHUFFLED != 0 && type_size > 1 { unshuffle(&unpacked, type_size, out) } else { out.copy_from_slice(&unpacked) }
     }
     Ok(out)
 }

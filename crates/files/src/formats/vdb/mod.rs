@@ -45,9 +45,9 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let grids = descriptors(&mut bytes)?;
     let grid = chosen(&grids, member).map_err(|reason| Error::file(path, reason))?;
     bytes.grid.clone_from(&grid.name);
-    let (own, metadata, transform) = head(&mut bytes, grid)?;
+    let (topology, metadata, transform) = head(&mut bytes, grid)?;
     check_class(&metadata).map_err(|reason| bytes.wrong(reason))?;
-    let coding = coding_of(&mut bytes, &grids, grid, own)?;
+    let coding = coding_of(&mut bytes, &grids, grid, topology)?;
     let tree = Tree::read(&mut bytes, coding, limit)?;
     let window = tree.bounds().ok_or_else(|| bytes.wrong("it is empty: no voxel is active"))?;
     if tree.background() != 0.0 {
@@ -65,8 +65,8 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
 
 /// Storage of the tree of a grid, which comes next. A grid that shares another's has a transform of its own and nothing
 /// else.
-fn coding_of(bytes: &mut Bytes, grids: &[Descriptor], grid: &Descriptor, own: Coding) -> Result<Coding> {
-    let Some(parent) = &grid.parent else { return Ok(own) };
+fn coding_of(bytes: &mut Bytes, grids: &[Descriptor], grid: &Descriptor, coding: Coding) -> Result<Coding> {
+    let Some(parent) = &grid.parent else { return Ok(coding) };
     let holder = grids.iter().find(|g| g.name == *parent && g.parent.is_none());
     let holder = holder.ok_or_else(|| bytes.wrong(format!("it shares the tree of \"{parent}\", which is not in the file")))?;
     Ok(head(bytes, holder)?.0)
@@ -91,8 +91,8 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
 
 /// Metadata of a grid.
 fn facts_of(bytes: &mut Bytes, grids: &[Descriptor], grid: &Descriptor, limit: u64) -> Result<Vec<(&'static str, String)>> {
-    let (own, metadata, transform) = head(bytes, grid)?;
-    let coding = coding_of(bytes, grids, grid, own)?;
+    let (topology, metadata, transform) = head(bytes, grid)?;
+    let coding = coding_of(bytes, grids, grid, topology)?;
     let tree = Tree::read(bytes, coding, limit)?;
     let mut facts = Vec::new();
     facts.extend(metadata.get("class").map(|class| ("class", class.clone())));

@@ -143,9 +143,9 @@ impl Tree {
         let active = bytes.mask(VOXELS)?;
         let mut ends: Option<([i32; 3], [i32; 3])> = None;
         for voxel in active.set() {
-            let own = voxel_of(low, voxel);
-            let (least, most) = ends.get_or_insert((own, own));
-            (0..3).for_each(|i| (least[i], most[i]) = (least[i].min(own[i]), most[i].max(own[i])));
+            let corner = voxel_of(low, voxel);
+            let (least, most) = ends.get_or_insert((corner, corner));
+            (0..3).for_each(|i| (least[i], most[i]) = (least[i].min(corner[i]), most[i].max(corner[i])));
         }
         if let Some((least, most)) = ends {
             self.widen(least, most);
@@ -156,8 +156,8 @@ impl Tree {
     }
 
     fn widen(&mut self, low: [i32; 3], last: [i32; 3]) {
-        let own = Window::between(low, last);
-        self.bounds = Some(self.bounds.map_or(own, |bounds| bounds.union(&own)));
+        let window = Window::between(low, last);
+        self.bounds = Some(self.bounds.map_or(window, |bounds| bounds.union(&window)));
     }
 
     /// The box of all voxels that are active, and of all tiles that are or hold something else than the background.
@@ -184,14 +184,14 @@ impl Tree {
                 }
             }
             let unpacked = blocks.par_iter().map(|(leaf, block)| {
-                let mut own = vec![T::of(0.0); VOXELS];
-                self.coding.values(block, &leaf.active, &mut own).map_err(|reason| (block.at, reason))?;
-                Ok((leaf.low, own))
+                let mut values = vec![T::of(0.0); VOXELS];
+                self.coding.values(block, &leaf.active, &mut values).map_err(|reason| (block.at, reason))?;
+                Ok((leaf.low, values))
             });
             // The first that is wrong in the file's order, whichever thread saw it.
             for unpacked in unpacked.collect::<Vec<std::result::Result<_, (u64, String)>>>() {
-                let (low, own) = unpacked.map_err(|(at, reason)| bytes.wrong_at(at, reason))?;
-                window.voxels(&mut gather, low, LEAF, &own);
+                let (low, leaf) = unpacked.map_err(|(at, reason)| bytes.wrong_at(at, reason))?;
+                window.voxels(&mut gather, low, LEAF, &leaf);
             }
         }
         gather.finish()

@@ -60,9 +60,9 @@ impl Window {
     /// Voxels of a cube along an axis that are gathered, counted from the window's first.
     fn along<T>(&self, gather: &Gather<T>, axis: usize, low: i32, edge: i32) -> std::ops::Range<usize> {
         // Gathered is with x running fastest.
-        let own = &gather.ranges[2 - axis];
+        let range = &gather.ranges[2 - axis];
         let low = i64::from(low) - self.low[axis];
-        let within = |at: i64| at.clamp(own.start as i64, own.end as i64) as usize;
+        let within = |at: i64| at.clamp(range.start as i64, range.end as i64) as usize;
         within(low)..within(low + i64::from(edge))
     }
 }

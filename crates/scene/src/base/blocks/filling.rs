@@ -52,12 +52,12 @@ impl Filling {
         let list = dims.iter().fold(each as u64, |bytes, n| bytes.saturating_mul(n.div_ceil(EDGE) as u64));
         memory::check(&format!("the blocks of {}", label.display()), list, limit)?;
         let blocks = Blocks::empty(dims, blocking.storage);
-        let of = |index: usize| {
+        let block = |index: usize| {
             let [nx, ny, _] = blocks.counts;
             let place = [index % nx, index / nx % ny, index / (nx * ny)];
             (0..3).map(|axis| (dims[axis] - place[axis] * EDGE).min(EDGE)).product::<usize>() as u16
         };
-        let left = (0..blocks.blocks.len()).map(of).collect();
+        let left = (0..blocks.blocks.len()).map(block).collect();
         Ok(Self { blocking, blocks, left, bytes: list, limit, label: label.to_owned(), largest: 0.0, wrong: None })
     }
 
@@ -68,9 +68,10 @@ impl Filling {
         }
         let Blocking { axes, backwards, factor, clip, .. } = self.blocking.clone();
         let dims = self.blocks.dims;
-        let voxel = |own: usize, index: usize| if backwards[own] { dims[own] - 1 - index } else { index };
+        let voxel = |axis: usize, index: usize| if backwards[axis] { dims[axis] - 1 - index } else { index };
         let along = axes.iter().position(|a| *a == axis).unwrap_or(0);
-        let others: usize = (0..3).filter(|own| *own != along).map(|own| self.blocks.address(own, voxel(own, first[axes[own]]))).sum();
+        let others: usize =
+            (0..3).filter(|axis| *axis != along).map(|axis| self.blocks.address(axis, voxel(axis, first[axes[axis]]))).sum();
         for (index, element) in (first[axis]..).zip(elements) {
             let value = element * factor;
             // What is no number is not above zero either.
@@ -102,7 +103,7 @@ impl Filling {
         match memory::check(&format!("the array of {}", self.label.display()), bytes, self.limit) {
             Ok(()) => {
                 let mut values = vec![0.0; SIZE].into_boxed_slice();
-                self.blocks.blocks[block].iter().for_each(|own| own.copy(0..SIZE, &mut values));
+                self.blocks.blocks[block].iter().for_each(|part| part.copy(0..SIZE, &mut values));
                 self.blocks.blocks[block] = Some(Block::Single(values));
                 self.bytes = bytes;
             }
@@ -112,10 +113,10 @@ impl Filling {
 
     /// Stores a block as it is to be.
     fn close(&mut self, block: usize) {
-        if let Some(own) = &mut self.blocks.blocks[block] {
-            self.bytes -= own.bytes();
-            own.store(self.blocks.storage);
-            self.bytes += own.bytes();
+        if let Some(block_values) = &mut self.blocks.blocks[block] {
+            self.bytes -= block_values.bytes();
+            block_values.store(self.blocks.storage);
+            self.bytes += block_values.bytes();
         }
     }
 
@@ -239,17 +240,17 @@ mod tests {
     /// Clipped, they are zero; what is too small for single precision is an error, and what is nearly so no panic.
     #[test]
     fn values_are_clipped_and_refused() {
-        let of = |factor: f64, clip: bool, storage: Storage, values: [f64; 3]| {
+        let filled = |factor: f64, clip: bool, storage: Storage, values: [f64; 3]| {
             let blocking = Blocking { axes: [0, 1, 2], backwards: [false; 3], factor, clip, storage };
             let mut filling = Filling::new(blocking, [1, 1, 3], Path::new("small"), 1 << 20).unwrap();
             filling.run(2, [0; 3], values.into_iter());
             filling.finish().map(|blocks| blocks.values())
         };
-        assert_eq!(of(-2.0, true, Storage::Single, [1.0, f64::NAN, -0.5]).unwrap(), [0.0, 0.0, 1.0]);
-        assert!(of(1e-50, false, Storage::Single, [1.0, 2.0, 3.0]).unwrap_err().to_string().contains("single precision"));
-        let tiny = of(1.0, false, Storage::Byte, [1e-42, 1.5e-42, 1.3e-38]).unwrap();
+        assert_eq!(filled(-2.0, true, Storage::Single, [1.0, f64::NAN, -0.5]).unwrap(), [0.0, 0.0, 1.0]);
+        assert!(filled(1e-50, false, Storage::Single, [1.0, 2.0, 3.0]).unwrap_err().to_string().contains("single precision"));
+        let tiny = filled(1.0, false, Storage::Byte, [1e-42, 1.5e-42, 1.3e-38]).unwrap();
         assert!(tiny.iter().all(|v| *v > 0.0), "{tiny:?}");
-        let even = of(1e-42, false, Storage::Byte, [1.0, 1.5, 2e4]).unwrap();
+        let even = filled(1e-42, false, Storage::Byte, [1.0, 1.5, 2e4]).unwrap();
         assert!(even[2] > 0.9e-38 && even[0] > 0.0, "{even:?}");
     }
 }

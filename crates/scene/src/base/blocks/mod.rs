@@ -144,8 +144,8 @@ impl Blocks {
                     let first = ((k - z) * EDGE + j - y) * EDGE;
                     for (block, part) in blocks.iter_mut().zip(values.chunks(EDGE)).filter(|(_, part)| part.iter().any(|v| *v != 0.0)) {
                         let block = block.get_or_insert_with(|| Block::Single(vec![0.0; SIZE].into_boxed_slice()));
-                        if let Block::Single(own) = block {
-                            own[first..first + part.len()].copy_from_slice(part);
+                        if let Block::Single(values) = block {
+                            values[first..first + part.len()].copy_from_slice(part);
                         }
                     }
                 }
@@ -215,7 +215,7 @@ impl Blocks {
     pub(crate) fn largest(&self, [x, y, z]: [Range<usize>; 3]) -> f32 {
         let touched = |range: &Range<usize>| range.start / EDGE..range.end.div_ceil(EDGE);
         let (bx, by, bz) = (touched(&x), touched(&y), touched(&z));
-        let of = |[i, j, k]: [usize; 3]| {
+        let voxel = |[i, j, k]: [usize; 3]| {
             let Some(block) = &self.blocks[(k * self.counts[1] + j) * self.counts[0] + i] else { return 0.0 };
             let within = |block: usize, range: &Range<usize>| {
                 range.start.max(block * EDGE) - block * EDGE..range.end.min((block + 1) * EDGE) - block * EDGE
@@ -224,9 +224,9 @@ impl Blocks {
             let mut row = [0.0; EDGE];
             let rows = z.flat_map(|z| y.clone().map(move |y| (z * EDGE + y) * EDGE));
             rows.fold(0.0f32, |most, first| {
-                let own = &mut row[x.clone()];
-                block.copy(first + x.start..first + x.end, own);
-                own.iter().fold(most, |most, v| most.max(*v))
+                let cells = &mut row[x.clone()];
+                block.copy(first + x.start..first + x.end, cells);
+                cells.iter().fold(most, |most, v| most.max(*v))
             })
         };
         let blocks = bz.flat_map(|k| {
@@ -235,6 +235,6 @@ impl Blocks {
                 move |j| bx.clone().map(move |i| [i, j, k])
             })
         });
-        blocks.fold(0.0f32, |most, block| most.max(of(block)))
+        blocks.fold(0.0f32, |most, block| most.max(voxel(block)))
     }
 }

@@ -48,12 +48,12 @@ pub fn set(tree: &mut Table, place: &str, property: Property) -> Result<(), Stri
             table.insert(*step, Value::Table(Table::default()));
         }
         table = match (table.get_mut(step).map(|property| &mut property.value), number) {
-            (Some(Value::Table(own)), _) => own,
+            (Some(Value::Table(table)), _) => table,
             (Some(Value::List(items)), Some(number)) => {
                 way.next();
                 let count = items.len();
                 match items.get_mut(number).map(|item| &mut item.value) {
-                    Some(Value::Table(own)) => own,
+                    Some(Value::Table(table)) => table,
                     _ => return Err(format!("{so_far}[{number}] does not exist; the scene has {count}, and the first is {so_far}[0]")),
                 }
             }
@@ -92,9 +92,9 @@ mod tests {
         set(&mut changed, "bookmark.1.name", text("f").into()).unwrap();
         let found = |place: &str| get(&changed, place).unwrap().map(|property| property.value.clone());
         assert_eq!((found("star.1.temperature"), found("star[2].x"), found("bands.x")), (Some(text("1 K")), None, None));
-        let said = "{ star = [{ name = \"a\" }, { name = \"b\", temperature = \"1 K\" }], camera = { name = \"d\" }, bands = \"hst\", \
+        let document = "{ star = [{ name = \"a\" }, { name = \"b\", temperature = \"1 K\" }], camera = { name = \"d\" }, bands = \"hst\", \
                     bookmark = { 1 = { name = \"f\" } } }";
-        assert_eq!(changed.to_string(), said);
+        assert_eq!(changed.to_string(), document);
         for (place, words) in [
             ("star[2].x", "star[2] does not exist; the scene has 2"),
             ("star.x", "star[0]"),

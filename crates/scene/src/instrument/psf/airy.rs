@@ -65,7 +65,7 @@ impl PointSpread for Airy {
         Ok(Some(kernel))
     }
 
-    fn said(&self) -> String {
+    fn description(&self) -> String {
         let pupil = match self.optics {
             Some(row) => format!("of {}", row.name),
             None => format!("with {} vanes of {}", self.vanes, self.vane_width),

@@ -53,7 +53,7 @@ impl PointSpread for Gaussian {
         Ok(round(view, fwhm, |square| (-4.0 * square).exp2()))
     }
 
-    fn said(&self) -> String {
+    fn description(&self) -> String {
         let Self { fwhm_rad, wavelength_um, exponent } = self;
         format!("Gaussian of {} at {}, exponent {exponent}", Angle(*fwhm_rad), Wavelength(*wavelength_um))
     }

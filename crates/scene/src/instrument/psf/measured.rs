@@ -103,7 +103,7 @@ impl PointSpread for Measured {
         Ok(Some(kernel))
     }
 
-    fn said(&self) -> String {
+    fn description(&self) -> String {
         let [width, height] = self.size;
         format!("{} of {width} x {height} pixels of {}, SHA-256 {}", self.name, Angle(self.pixel_rad), self.digest)
     }
@@ -122,11 +122,11 @@ mod tests {
         let instrument = Instrument::of_aperture(1.0);
         let band = super::super::tests::band(0.5);
         let view = View { instrument: &instrument, band: &band, pixel_rad: 1e-6, reach: 3 };
-        let own = psf.kernel(&view).unwrap().unwrap().values;
+        let kernel = psf.kernel(&view).unwrap().unwrap().values;
         assert!((0..49).all(|i| {
             let (x, y) = (i % 7, i / 7);
             let inside = (1..6).contains(&x) && (1..6).contains(&y);
-            (own[i] - if inside { values[(y - 1) * 5 + x - 1] / 300.0 } else { 0.0 }).abs() < 1e-12
+            (kernel[i] - if inside { values[(y - 1) * 5 + x - 1] / 300.0 } else { 0.0 }).abs() < 1e-12
         }));
         let coarse = psf.kernel(&View { pixel_rad: 5e-6, reach: 1, ..view }).unwrap().unwrap().values;
         assert!((coarse[4] - 1.0).abs() < 1e-12);
@@ -134,11 +134,11 @@ mod tests {
 
     #[test]
     fn what_is_no_kernel_is_refused() {
-        let of = |values: Vec<f64>| Measured::new("p", [2, 2], values, 1e-6).map(|_| ()).unwrap_err().to_string();
-        assert!(of(vec![0.0; 4]).contains("above zero"));
-        assert!(of(vec![1.0, f64::NAN, 1.0, 1.0]).contains("column 2, row 1"));
-        assert!(of(vec![4.0, -1.0, 1.0, 1.0]).contains("background"));
-        assert!(of(vec![1.0; 3]).contains("2 x 2"));
+        let refused = |values: Vec<f64>| Measured::new("p", [2, 2], values, 1e-6).map(|_| ()).unwrap_err().to_string();
+        assert!(refused(vec![0.0; 4]).contains("above zero"));
+        assert!(refused(vec![1.0, f64::NAN, 1.0, 1.0]).contains("column 2, row 1"));
+        assert!(refused(vec![4.0, -1.0, 1.0, 1.0]).contains("background"));
+        assert!(refused(vec![1.0; 3]).contains("2 x 2"));
         assert!(Measured::new("p", [1, 1], vec![1.0], f64::NAN).is_err());
     }
 }

@@ -40,12 +40,12 @@ pub trait PointSpread: std::fmt::Debug + Send + Sync {
     fn kernel(&self, view: &View) -> Result<Option<Kernel>>;
 
     /// Description: equal texts mean equal values.
-    fn said(&self) -> String;
+    fn description(&self) -> String;
 }
 
 impl PartialEq for dyn PointSpread {
     fn eq(&self, other: &Self) -> bool {
-        self.said() == other.said()
+        self.description() == other.description()
     }
 }
 

@@ -66,7 +66,7 @@ impl PointSpread for Moffat {
         Ok(kernel)
     }
 
-    fn said(&self) -> String {
+    fn description(&self) -> String {
         let Self { fwhm_rad, beta, wavelength_um, exponent } = self;
         format!("Moffat of {} at {}, beta {beta}, exponent {exponent}", Angle(*fwhm_rad), Wavelength(*wavelength_um))
     }

@@ -74,10 +74,10 @@ impl Detail {
 
     /// The roughness with which a grid is continued.
     fn roughness(&self, grid: &Grid) -> Roughness {
-        let said = self.deviation.zip(self.slope);
-        let own = said.map_or_else(|| Roughness::of(grid), |(deviation, slope)| Roughness::said(grid, deviation, slope));
-        let deviation = self.strength * self.deviation.unwrap_or(own.deviation);
-        Roughness { deviation: deviation.min(*DEVIATIONS.end()), slope: self.slope.unwrap_or(own.slope), ..own }
+        let stated = self.deviation.zip(self.slope);
+        let roughness = stated.map_or_else(|| Roughness::of(grid), |(deviation, slope)| Roughness::stated(grid, deviation, slope));
+        let deviation = self.strength * self.deviation.unwrap_or(roughness.deviation);
+        Roughness { deviation: deviation.min(*DEVIATIONS.end()), slope: self.slope.unwrap_or(roughness.slope), ..roughness }
     }
 }
 
@@ -127,7 +127,7 @@ fn reach(grid: &Grid) -> f64 {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FineDetail {
     /// Scene settings.
-    pub said: Detail,
+    pub settings: Detail,
     /// All octaves, the longest first.
     pub octaves: Vec<Octave>,
     /// Continuation of each density.
@@ -143,24 +143,24 @@ impl FineDetail {
     /// The noise that continues some grids by roughness that is known of as many; where a grid has other voxels it is measured.
     pub fn by<'a>(detail: &Detail, grids: impl Iterator<Item = &'a Grid>, known: &[Roughness]) -> Self {
         let grids: Vec<&Grid> = grids.collect();
-        let known = |i: usize| known.get(i).filter(|own| known.len() == grids.len() && own.is_of(grids[i])).copied();
+        let known = |i: usize| known.get(i).filter(|roughness| known.len() == grids.len() && roughness.is_of(grids[i])).copied();
         let roughness: Vec<Roughness> = (0..grids.len()).map(|i| known(i).unwrap_or_else(|| detail.roughness(grids[i]))).collect();
         let reaches: Vec<f64> = grids.iter().map(|grid| reach(grid)).collect();
         // The octave that two voxels lie in is the first of a grid.
-        let first = |of: &Roughness| of.wavelength_pc.log2().round() as i32;
+        let first = |roughness: &Roughness| roughness.wavelength_pc.log2().round() as i32;
         let (highest, lowest) = roughness.iter().map(first).fold((i32::MIN, i32::MAX), |(high, low), k| (high.max(k), low.min(k)));
         let exponents = lowest.saturating_sub(detail.octaves as i32 - 1)..=highest;
         let octaves = exponents.rev().map(|exponent| {
             let octave = Octave::new(detail.seed, exponent);
-            let deviation = |(of, reach): (&Roughness, &f64)| {
-                let own = (first(of) - detail.octaves as i32 + 1..=first(of)).contains(&exponent);
+            let deviation = |(roughness, reach): (&Roughness, &f64)| {
+                let is_resolved = (first(roughness) - detail.octaves as i32 + 1..=first(roughness)).contains(&exponent);
                 let is_placed = reach * WAVELENGTH <= FARTHEST * octave.wavelength_pc;
-                if own && is_placed { of.at(octave.wavelength_pc).min(*DEVIATIONS.end()) } else { 0.0 }
+                if is_resolved && is_placed { roughness.at(octave.wavelength_pc).min(*DEVIATIONS.end()) } else { 0.0 }
             };
             Octave { deviations: roughness.iter().zip(&reaches).map(deviation).collect(), ..octave }
         });
         let octaves = octaves.filter(|octave| octave.deviations.iter().any(|s| *s > 0.0)).collect();
-        Self { said: detail.clone(), octaves, roughness }
+        Self { settings: detail.clone(), octaves, roughness }
     }
 
     /// The factor of a density at a place where a pixel is so wide \[pc\].
@@ -192,7 +192,8 @@ impl FineDetail {
     /// Description.
     pub fn in_words(&self) -> String {
         let [longest, shortest] = [self.octaves.first(), self.octaves.last()].map(|o| o.map_or(0.0, |octave| octave.wavelength_pc));
-        let deviations: Vec<String> = self.roughness.iter().map(|of| format!("{:.2} (k^-{:.1})", of.deviation, of.slope)).collect();
+        let deviations: Vec<String> =
+            self.roughness.iter().map(|roughness| format!("{:.2} (k^-{:.1})", roughness.deviation, roughness.slope)).collect();
         format!(
             "noise below the voxels, waves of {longest:.2e} to {shortest:.2e} pc where pixels resolve them, deviations of ln density {} in the octave of two voxels; star depths, multiple scattering and spatial errors ignore it",
             deviations.join(", ")

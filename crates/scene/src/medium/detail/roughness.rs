@@ -37,7 +37,7 @@ pub struct Roughness {
 
 impl Roughness {
     /// Description of a grid.
-    pub fn said(grid: &Grid, deviation: f64, slope: f64) -> Self {
+    pub fn stated(grid: &Grid, deviation: f64, slope: f64) -> Self {
         Self { wavelength_pc: two_voxels(grid), deviation, slope }
     }
 
@@ -111,8 +111,8 @@ fn second_difference(grid: &Grid, apart: usize) -> f64 {
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * found.iter().map(|(_, mass)| mass).sum::<f64>();
     let mut mass = 0.0;
-    let median = found.iter().find(|(_, own)| {
-        mass += own;
+    let median = found.iter().find(|(_, grid_slope)| {
+        mass += grid_slope;
         mass >= half
     });
     median.map_or(0.0, |(difference, _)| (difference / MEDIAN).powi(2))
@@ -147,8 +147,9 @@ mod tests {
     /// What is smooth is continued by next to nothing, and what is empty, or has few voxels, by nothing at all.
     #[test]
     fn smooth_clouds_stay_smooth() {
-        let sampled =
-            |edge: usize, of: fn(DVec3) -> f64| Grid::sampled(Lattice { dims: [edge; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) }, of);
+        let sampled = |edge: usize, density: fn(DVec3) -> f64| {
+            Grid::sampled(Lattice { dims: [edge; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) }, density)
+        };
         let smooth = Roughness::of(&sampled(64, |p| (-3.0 * p.length_squared()).exp()));
         assert!(smooth.deviation < 0.01, "{smooth:?}");
         // A wall that jumps is no roughness.

@@ -93,11 +93,11 @@ impl DustMap {
     }
 
     /// Extinction at V that a value of one is \[mag/pc\], after a look at what the file says of its unit.
-    pub fn extinction(&self, section: &Section, own: Option<&str>) -> Result<f64> {
-        match (self.unit, own) {
-            (Some(unit), Some(own)) if unit != own.trim() => {
+    pub fn extinction(&self, section: &Section, stated: Option<&str>) -> Result<f64> {
+        match (self.unit, stated) {
+            (Some(unit), Some(stated)) if unit != stated.trim() => {
                 let message = format!(
-                    "its values are in \"{own}\", those of {} in \"{unit}\"; use the file of the preset, or remove preset",
+                    "its values are in \"{stated}\", those of {} in \"{unit}\"; use the file of the preset, or remove preset",
                     self.name
                 );
                 Err(section.error("file", message))

@@ -93,7 +93,7 @@ impl Expression {
             Variable::Axis(_) => Support::Everywhere,
         };
         let bounds = match support(&normalised, &variables.iter().map(of_variable).collect::<Vec<_>>()) {
-            Support::Within(own) => own.intersection(&union).unwrap_or(union),
+            Support::Within(within) => within.intersection(&union).unwrap_or(union),
             // Nothing at all: in the smallest of the boxes.
             Support::Number(0.0) => variables.iter().filter_map(own_bounds).min_by(smaller).unwrap_or(union),
             Support::Number(_) | Support::Everywhere => union,
@@ -127,8 +127,8 @@ impl Expression {
     pub fn is_endless(formula: &str) -> bool {
         let Ok((normalised, formula)) = parsed(formula) else { return false };
         let unit = Bounds::cube(DVec3::ZERO, 1.0);
-        let of = |name: &String| if axis(name).is_some() { Support::Everywhere } else { Support::Within(unit) };
-        match support(&normalised, &formula.var_names().iter().map(of).collect::<Vec<_>>()) {
+        let support_of = |name: &String| if axis(name).is_some() { Support::Everywhere } else { Support::Within(unit) };
+        match support(&normalised, &formula.var_names().iter().map(support_of).collect::<Vec<_>>()) {
             Support::Everywhere => true,
             Support::Number(number) => number != 0.0,
             Support::Within(_) => false,
@@ -168,7 +168,7 @@ impl Expression {
         // A mask cuts through a voxel; what the grids hold there is theirs at its centre.
         let grid = match self.has_edges() {
             true => Grid::averaged(lattice, values),
-            false => Grid::filled(lattice, |places, own| values(places, places, own)),
+            false => Grid::filled(lattice, |places, out| values(places, places, out)),
         };
         control.check()?;
         Ok(Arc::new(grid))
@@ -177,20 +177,20 @@ impl Expression {
     /// The values of the formula at some places, with grids as they are at `centres` and functions at `places`.
     fn values(&self, centres: &[DVec3], places: &[DVec3], values: &mut [f64]) {
         for ((centres, places), values) in centres.chunks(BLOCK).zip(places.chunks(BLOCK)).zip(values.chunks_mut(BLOCK)) {
-            let of = |variable: &Variable| match variable {
+            let values_of = |variable: &Variable| match variable {
                 Variable::Field(field) => {
-                    let mut own = vec![0.0; places.len()];
-                    field.sample(if field.grid().is_some() { centres } else { places }, &mut own);
-                    SideBySide::Each(own)
+                    let mut out = vec![0.0; places.len()];
+                    field.sample(if field.grid().is_some() { centres } else { places }, &mut out);
+                    SideBySide::Each(out)
                 }
                 Variable::Axis(axis) => SideBySide::Each(places.iter().map(|p| p[*axis]).collect()),
             };
-            let own = self.formula.eval_vec(self.variables.iter().map(of).collect()).unwrap_or(SideBySide::Same(f64::NAN));
+            let evaluated = self.formula.eval_vec(self.variables.iter().map(values_of).collect()).unwrap_or(SideBySide::Same(f64::NAN));
             for (i, (value, p)) in values.iter_mut().zip(places).enumerate() {
-                let inside = |own: f64| if self.bounds.contains(*p) { own } else { 0.0 };
-                *value = match &own {
-                    SideBySide::Same(own) => inside(*own),
-                    SideBySide::Each(own) => inside(own[i]),
+                let inside = |value_there: f64| if self.bounds.contains(*p) { value_there } else { 0.0 };
+                *value = match &evaluated {
+                    SideBySide::Same(value) => inside(*value),
+                    SideBySide::Each(values) => inside(values[i]),
                 };
             }
         }
@@ -228,11 +228,11 @@ impl Field for Expression {
         if !self.bounds.contains(p) {
             return 0.0;
         }
-        let of = |variable: &Variable| match variable {
+        let values = |variable: &Variable| match variable {
             Variable::Field(field) => SideBySide::Same(field.at(p)),
             Variable::Axis(axis) => SideBySide::Same(p[*axis]),
         };
-        let of_variables: SmallVec<[SideBySide; 8]> = self.variables.iter().map(of).collect();
+        let of_variables: SmallVec<[SideBySide; 8]> = self.variables.iter().map(values).collect();
         match self.formula.eval(&of_variables) {
             Ok(SideBySide::Same(value)) => value,
             Ok(SideBySide::Each(_)) | Err(_) => f64::NAN,

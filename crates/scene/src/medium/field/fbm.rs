@@ -149,8 +149,8 @@ impl Fbm {
         let (mut frequency, mut amplitude, mut sum) = (1.0 / self.scale, 1.0, [self.offset; N]);
         for _ in 0..self.octaves {
             let octave = noises(&self.noise, &scaled(&bent, |x| x * frequency));
-            let own = |n: f64| if self.ridged { 1.0 - 2.0 * n.abs() } else { n };
-            sum.iter_mut().zip(octave).for_each(|(sum, n)| *sum += amplitude * own(n));
+            let folded = |n: f64| if self.ridged { 1.0 - 2.0 * n.abs() } else { n };
+            sum.iter_mut().zip(octave).for_each(|(sum, n)| *sum += amplitude * folded(n));
             frequency *= self.lacunarity;
             amplitude *= self.gain;
         }

@@ -155,20 +155,20 @@ impl Grid {
     ///
     /// The box grows to whole blocks, so that densities stay where they are.
     pub fn merged(&self, block: usize, factor: f64) -> Self {
-        let own = self.lattice.dims;
-        let dims = own.map(|n| n.div_ceil(block));
+        let fine_dims = self.lattice.dims;
+        let dims = fine_dims.map(|n| n.div_ceil(block));
         let voxel = self.lattice.voxel_pc() * block as f64;
         let low = self.lattice.bounds.low;
         let bounds = Bounds { low, high: low + voxel * DVec3::from(dims.map(|n| n as f64)) };
         let lattice = Lattice { dims, bounds };
         let share = self.factor * factor / block.pow(3) as f64;
         let means = |row: &mut Vec<f32>, (r, out): (usize, &mut [f32])| {
-            let along = |axis: usize, i: usize| i * block..((i + 1) * block).min(own[axis]);
+            let along = |axis: usize, i: usize| i * block..((i + 1) * block).min(fine_dims[axis]);
             let (y, z) = (r % dims[1], r / dims[1]);
             let mut sums = vec![0.0; dims[0]];
-            row.resize(own[0], 0.0);
+            row.resize(fine_dims[0], 0.0);
             for (y, z) in along(2, z).flat_map(|z| along(1, y).map(move |y| (y, z))) {
-                self.store.row(0..own[0], y, z, row);
+                self.store.row(0..fine_dims[0], y, z, row);
                 sums.iter_mut().zip(row.chunks(block)).for_each(|(sum, part)| *sum += part.iter().map(|v| f64::from(*v)).sum::<f64>());
             }
             out.iter_mut().zip(sums).for_each(|(out, sum)| *out = (share * sum) as f32);
@@ -218,7 +218,7 @@ impl Field for Grid {
             for (i, values) in values.chunks_mut(READ_TOGETHER).enumerate() {
                 let (first, part) = (x + i * READ_TOGETHER, &mut part[..values.len()]);
                 self.store.row(first..first + part.len(), y, z, part);
-                values.iter_mut().zip(part).for_each(|(value, own)| *value = f64::from(*own) * self.factor);
+                values.iter_mut().zip(part).for_each(|(value, stored)| *value = f64::from(*stored) * self.factor);
             }
             return;
         }
@@ -305,15 +305,15 @@ mod tests {
         let double = grid.scaled(0.5).scaled(4.0);
         assert!(double.shares(&grid) && double != grid && double.values()[7] == 2.0 * grid.values()[7]);
         let (a, b) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(-0.4, 0.7, 0.1));
-        let close = |own: f64, other: f64| (own / (2.0 * other) - 1.0).abs() < 1e-14;
+        let close = |found: f64, other: f64| (found / (2.0 * other) - 1.0).abs() < 1e-14;
         assert!(close(double.at(a), grid.at(a)) && close(double.column(a, b, f64::INFINITY), grid.column(a, b, f64::INFINITY)));
         let (enough, whole) = (0.5 * double.column(a, b, f64::INFINITY), double.column(a, b, f64::INFINITY));
         assert!((enough..whole).contains(&double.column(a, b, enough)));
         let centres: Vec<DVec3> = (0..2).map(|x| grid.lattice.centre(x, 1, 1)).collect();
-        let (mut own, mut other) = ([0.0; 2], [0.0; 2]);
-        double.sample(&centres, &mut own);
+        let (mut means, mut other) = ([0.0; 2], [0.0; 2]);
+        double.sample(&centres, &mut means);
         grid.sample(&centres, &mut other);
-        assert!(own[1] == 2.0 * other[1] && close(double.merged(2, 1.0).at(a), grid.merged(2, 1.0).at(a)));
+        assert!(means[1] == 2.0 * other[1] && close(double.merged(2, 1.0).at(a), grid.merged(2, 1.0).at(a)));
     }
 
     /// Merged voxels hold as much as those they are made of, where they were, and blocks at the edge count what is

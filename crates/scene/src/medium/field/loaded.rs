@@ -116,10 +116,10 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
         if placement.part.clip && scale < 0.0 {
             return Err(section.error(&FACTOR, "with every and clip, factor must not be negative"));
         }
-        let own = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
+        let file_unit = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
         let (size, name) = match map {
-            Some(map) => (map.extinction(section, own)?, Some(EXTINCTION.to_owned())),
-            None => unit(section, own)?,
+            Some(map) => (map.extinction(section, file_unit)?, Some(EXTINCTION.to_owned())),
+            None => unit(section, file_unit)?,
         };
         let factor = scale * size;
         placement.part.blocking = storage.map(|storage| placement.blocking(factor, clip, storage));
@@ -139,7 +139,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     inputs.note(volume_note(file, &placement, unit.as_deref(), factor));
     let lattice = placement.lattice.clone();
     let strides = placement.strides(&array);
-    let held = |largest: f64| match too_small(largest) {
+    let checked = |largest: f64| match too_small(largest) {
         Some(message) => Err(section.error(if section.has(&FACTOR) { &FACTOR.row } else { &FILE.row }, message)),
         None => Ok(()),
     };
@@ -148,7 +148,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     let grid = match array.data {
         Numbers::Blocks(blocks) => Grid::in_blocks(lattice, blocks),
         Numbers::Single(data) => {
-            held(largest(&data, factor))?;
+            checked(largest(&data, factor))?;
             // Numbers that are as a grid has them stay in the memory in which they are.
             if as_it_is {
                 Grid::sharing(lattice, data)
@@ -157,7 +157,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
             }
         }
         Numbers::Double(data) => {
-            held(largest(&data, factor))?;
+            checked(largest(&data, factor))?;
             Grid::from_lattice(lattice, arranged(&data, strides, (factor, clip), &placement))
         }
     };
@@ -194,10 +194,10 @@ pub(crate) fn grams_per_h(atoms: f64) -> f64 {
 
 /// Unit of the values: in cm-3 where it is a number density, in mag/pc where it is an extinction; and in what values
 /// are then.
-fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
+fn unit(section: &Section, file_unit: Option<&str>) -> Result<(f64, Option<String>)> {
     let grams = section.read(&MASS_PER_H)?.map(grams_per_h);
     let stated = section.read(&UNIT)?;
-    let mass = [stated, own].into_iter().flatten().find(|unit| MassDensity::unit_size(unit).is_some());
+    let mass = [stated, file_unit].into_iter().flatten().find(|unit| MassDensity::unit_size(unit).is_some());
     match (mass, grams) {
         (Some(mass), None) => {
             let message = format!(
@@ -214,23 +214,23 @@ fn unit(section: &Section, own: Option<&str>) -> Result<(f64, Option<String>)> {
         let of_mass = || Some((MassDensity::unit_size(unit)? / grams?, Some(DENSITY.to_owned())));
         density.or_else(of_mass).or_else(|| extinction(unit).map(|size| (size, Some(EXTINCTION.to_owned()))))
     };
-    match (stated, own) {
+    match (stated, file_unit) {
         (None, None) => Ok((1.0, None)),
-        (None, Some(own)) => size(own).ok_or_else(|| {
+        (None, Some(file_unit)) => size(file_unit).ok_or_else(|| {
             let message = format!(
-                "the file's unit is \"{own}\", which is neither a density nor an extinction; write unit = \"{own}\" to use the values unchanged, and choose the scale of dust or gas accordingly"
+                "the file's unit is \"{file_unit}\", which is neither a density nor an extinction; write unit = \"{file_unit}\" to use the values unchanged, and choose the scale of dust or gas accordingly"
             );
             section.error(&FILE, message)
         }),
-        (Some(said), None) => size(said).ok_or_else(|| {
+        (Some(stated), None) => size(stated).ok_or_else(|| {
             let known: Vec<&str> = NumberDensity::UNITS.iter().chain(MassDensity::UNITS).chain(ExtinctionCoefficient::UNITS).map(|(name, _)| *name).collect();
-            let message = format!("\"{said}\" is not a known unit of number density, mass density or extinction ({}); remove `unit` to use the values unchanged", known.join(", "));
+            let message = format!("\"{stated}\" is not a known unit of number density, mass density or extinction ({}); remove `unit` to use the values unchanged", known.join(", "));
             section.error(&UNIT, message)
         }),
-        (Some(said), Some(own)) if said.trim() == own.trim() => Ok(size(said).unwrap_or_else(|| (1.0, Some(said.trim().to_owned())))),
-        (Some(said), Some(own)) => match (size(said), size(own)) {
+        (Some(stated), Some(file_unit)) if stated.trim() == file_unit.trim() => Ok(size(stated).unwrap_or_else(|| (1.0, Some(stated.trim().to_owned())))),
+        (Some(stated), Some(file_unit)) => match (size(stated), size(file_unit)) {
             (Some(a), Some(b)) if a.0 == b.0 => Ok(a),
-            _ => Err(section.error(&UNIT, format!("the scene's unit is \"{said}\", the file's is \"{own}\"; correct or remove one"))),
+            _ => Err(section.error(&UNIT, format!("the scene's unit is \"{stated}\", the file's is \"{file_unit}\"; correct or remove one"))),
         },
     }
 }
@@ -240,8 +240,8 @@ const PLANES: usize = 16;
 
 /// The largest of some numbers times `factor`, without its sign.
 fn largest(data: &[impl Copy + Into<f64> + Sync], factor: f64) -> f64 {
-    let of = |part: &[_]| part.iter().fold(0.0, |most: f64, v| most.max((Into::<f64>::into(*v) * factor).abs()));
-    data.par_chunks(1 << 16).map(of).reduce(|| 0.0, f64::max)
+    let largest_of = |part: &[_]| part.iter().fold(0.0, |most: f64, v| most.max((Into::<f64>::into(*v) * factor).abs()));
+    data.par_chunks(1 << 16).map(largest_of).reduce(|| 0.0, f64::max)
 }
 
 /// An array's numbers times `factor`, with x running fastest; those that are negative or no numbers are zero if `clip`.
@@ -310,16 +310,16 @@ mod tests {
         let numbers: Shared<f32> = (0..24).map(|i| i as f32).collect::<Vec<_>>().into();
         let grid = |fortran: bool, more: &[(&str, Value)]| {
             let mut table = Table::default();
-            let said = [("file", "a"), ("low", "0 0 0 pc"), ("high", "2 3 4 pc")];
-            said.iter().for_each(|(key, text)| table.insert(*key, Value::Text((*text).into())));
+            let keys = [("file", "a"), ("low", "0 0 0 pc"), ("high", "2 3 4 pc")];
+            keys.iter().for_each(|(key, text)| table.insert(*key, Value::Text((*text).into())));
             more.iter().for_each(|(key, value)| table.insert(*key, value.clone()));
             let inputs = Inputs::new(Arc::new(One { numbers: numbers.clone(), fortran }), 1 << 20);
             build(&Section::new(&table, "field.a"), &inputs).unwrap()
         };
         let shares = |field: &Arc<dyn Field>| std::ptr::eq(field.grid().unwrap().values().as_ptr(), numbers.as_ptr());
-        let own = grid(true, &[]);
-        assert!(shares(&own));
-        assert_eq!(own.at(DVec3::new(1.5, 0.5, 2.5)), 1.0 + 2.0 * 6.0);
+        let field = grid(true, &[]);
+        assert!(shares(&field));
+        assert_eq!(field.at(DVec3::new(1.5, 0.5, 2.5)), 1.0 + 2.0 * 6.0);
         for (fortran, more) in [(false, vec![]), (true, vec![("factor", Value::Number(2.0))]), (true, vec![("clip", Value::Flag(true))])] {
             assert!(!shares(&grid(fortran, &more)), "{fortran} {more:?}");
         }

@@ -41,14 +41,14 @@ impl Partition {
     }
 
     /// The voxels of a brick along an axis; those of the last where there are not so many.
-    pub fn own(&self, axis: usize, brick: usize) -> Range<usize> {
+    pub fn range(&self, axis: usize, brick: usize) -> Range<usize> {
         let brick = brick.min(self.count(axis) - 1);
         self.cuts[axis][brick]..self.cuts[axis][brick + 1]
     }
 
     /// The voxels of a brick along x, y and z.
     pub fn voxels(&self, place: [usize; 3]) -> [Range<usize>; 3] {
-        [0, 1, 2].map(|axis| self.own(axis, place[axis]))
+        [0, 1, 2].map(|axis| self.range(axis, place[axis]))
     }
 
     /// The numbers of all bricks along x, y and z, x running fastest.
@@ -73,7 +73,7 @@ mod tests {
             assert!(Partition::new(lattice.clone(), [vec![0, 8], vec![0, 5], wrong.clone()]).is_err(), "{wrong:?}");
         }
         let partition = Partition::new(lattice, [vec![0, 3, 8], vec![0, 5], vec![0, 1, 2, 8]]).unwrap();
-        let cells = partition.bricks().into_iter().map(|place| partition.voxels(place).iter().map(|own| own.len()).product::<usize>());
+        let cells = partition.bricks().into_iter().map(|place| partition.voxels(place).iter().map(|range| range.len()).product::<usize>());
         assert_eq!(cells.sum::<usize>(), 8 * 5 * 8);
         assert_eq!(partition.voxels([1, 0, 2]), [3..8, 0..5, 2..8]);
     }

@@ -89,9 +89,9 @@ impl Placement {
         let order = stated.unwrap_or(usual);
         let axes = by_letter(order);
         let dims = axes.map(|axis| layout.shape[axis]);
-        let own = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;
-        let backwards = own.backwards;
-        let (whole, wanted) = boxes(section, dims, own)?;
+        let file_box = OwnBox::of(section, layout.frame.as_ref(), axes, dims)?;
+        let backwards = file_box.backwards;
+        let (whole, wanted) = boxes(section, dims, file_box)?;
         let every = section.stated(&EVERY)?;
         let placed = |every: usize| {
             let part = Part { every, ..layout.whole() };
@@ -210,18 +210,18 @@ impl OwnBox {
             );
             return Err(section.error(&AXES, message));
         }
-        let own: Option<Vec<&Axis>> = frame.and_then(|frame| axes.iter().map(|axis| frame.axes[*axis].as_ref()).collect());
-        let Some(own) = own else {
+        let axes_stated: Option<Vec<&Axis>> = frame.and_then(|frame| axes.iter().map(|axis| frame.axes[*axis].as_ref()).collect());
+        let Some(axes_stated) = axes_stated else {
             if scale.is_some() {
                 return Err(section.error(&SCALE, "the file has no lengths to scale; write voxel, or low and high"));
             }
             return Ok(silent(String::new()));
         };
-        if let (Some(_), Some(axis)) = (scale, own.iter().find(|axis| !axis.unit.is_empty())) {
+        if let (Some(_), Some(axis)) = (scale, axes_stated.iter().find(|axis| !axis.unit.is_empty())) {
             return Err(section.error(&SCALE, format!("the file's axes are in \"{}\"; remove scale", axis.unit)));
         }
         let mut bounds = Ok(Bounds { low: DVec3::ZERO, high: DVec3::ZERO });
-        for (i, axis) in own.iter().enumerate() {
+        for (i, axis) in axes_stated.iter().enumerate() {
             let unit = if axis.unit.is_empty() { scale.map(|scale| scale.0) } else { Length::unit_size(&axis.unit) };
             match (unit, &mut bounds) {
                 (Some(pc), Ok(bounds)) => {
@@ -238,41 +238,41 @@ impl OwnBox {
                 (Some(_), Err(_)) => {}
             }
         }
-        let steps = DVec3::from(std::array::from_fn(|i| own[i].step.abs()));
-        let is_cubic =
-            own.iter().any(|axis| axis.unit != own[0].unit) || steps.max_element() <= (1.0 + FRAME_TOLERANCE) * steps.min_element();
-        let backwards = std::array::from_fn(|i| own[i].step < 0.0);
+        let steps = DVec3::from(std::array::from_fn(|i| axes_stated[i].step.abs()));
+        let is_cubic = axes_stated.iter().any(|axis| axis.unit != axes_stated[0].unit)
+            || steps.max_element() <= (1.0 + FRAME_TOLERANCE) * steps.min_element();
+        let backwards = std::array::from_fn(|i| axes_stated[i].step < 0.0);
         Ok(Self { bounds, backwards, is_cubic, is_sparse, is_movable: !is_sparse && !section.has(&PRESET) })
     }
 }
 
 /// The box that all of an array fills, and that which is wanted of it where it is not all.
-fn boxes(section: &Section, dims: [usize; 3], own: OwnBox) -> Result<(Bounds, Option<Bounds>)> {
+fn boxes(section: &Section, dims: [usize; 3], file_box: OwnBox) -> Result<(Bounds, Option<Bounds>)> {
     let corners = (section.has(&LOW) || section.has(&HIGH)).then(|| section.bounds(&LOW, &HIGH)).transpose()?;
     let centre = section.read(&CENTRE)?;
     if let (Some(_), Some(_), None) = (centre, corners, section.read(&VOXEL)?) {
         return Err(section.error(&CENTRE, "low and high already define the box; remove one"));
     }
     if let Some(voxel) = section.read(&VOXEL)? {
-        if !own.is_cubic {
+        if !file_box.is_cubic {
             return Err(section.error(&VOXEL, "the file's voxels are not cubes; write scale, or low and high"));
         }
         let half = 0.5 * voxel.0 * DVec3::from(dims.map(|n| n as f64));
         let centre = centre.unwrap_or(DVec3::ZERO);
         let whole = Bounds { low: centre - half, high: centre + half };
-        if let Ok(frame) = own.bounds.as_ref() {
+        if let Ok(frame) = file_box.bounds.as_ref() {
             has_same_size(&whole, frame).then_some(()).ok_or_else(|| other_size(section, &VOXEL.row, &whole, frame))?;
         }
-        return within(section, whole, corners, own.is_sparse);
+        return within(section, whole, corners, file_box.is_sparse);
     }
-    match (own.bounds, corners) {
+    match (file_box.bounds, corners) {
         // A box of the same size elsewhere is all of the array, moved there.
-        (Ok(frame), Some(corners)) if own.is_movable && has_same_size(&corners, &frame) && !lies_within(&corners, &frame) => {
+        (Ok(frame), Some(corners)) if file_box.is_movable && has_same_size(&corners, &frame) && !lies_within(&corners, &frame) => {
             Ok((corners, None))
         }
         (Ok(frame), corners) => {
             let moved = centre.map_or(DVec3::ZERO, |centre| centre - 0.5 * (frame.low + frame.high));
-            within(section, Bounds { low: frame.low + moved, high: frame.high + moved }, corners, own.is_sparse)
+            within(section, Bounds { low: frame.low + moved, high: frame.high + moved }, corners, file_box.is_sparse)
         }
         (Err(_), Some(corners)) => Ok((corners, None)),
         (Err(reason), None) if reason.is_empty() => {
@@ -304,15 +304,15 @@ fn within(section: &Section, whole: Bounds, corners: Option<Bounds>, is_sparse: 
     }
 }
 
-fn other_size(section: &Section, key: &KeyRow, said: &Bounds, own: &Bounds) -> crate::error::Error {
-    let of = |size: DVec3| format!("{:.4} x {:.4} x {:.4} pc", size.x, size.y, size.z);
+fn other_size(section: &Section, key: &KeyRow, stated: &Bounds, frame_box: &Bounds) -> crate::error::Error {
+    let words = |size: DVec3| format!("{:.4} x {:.4} x {:.4} pc", size.x, size.y, size.z);
     let corner = |at: DVec3| format!("{:.4} {:.4} {:.4}", at.x, at.y, at.z);
     let message = format!(
         "the scene's box is {}, that of the array {} (from {} to {} pc); remove the scene's box, choose a box within the array, or write wcs = false",
-        of(said.size()),
-        of(own.size()),
-        corner(own.low),
-        corner(own.high)
+        words(stated.size()),
+        words(frame_box.size()),
+        corner(frame_box.low),
+        corner(frame_box.high)
     );
     section.error(key, message)
 }

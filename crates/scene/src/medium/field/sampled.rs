@@ -78,12 +78,12 @@ impl Grid {
         let parts: Vec<DVec3> = (0..PARTS.pow(3)).map(part).collect();
         Self::filled(lattice, |centres, values| {
             sample(centres, centres, values);
-            let (mut low, mut high, mut own) = (values.to_vec(), values.to_vec(), values.to_vec());
+            let (mut low, mut high, mut means) = (values.to_vec(), values.to_vec(), values.to_vec());
             for corner in &corners {
                 let places: Vec<DVec3> = centres.iter().map(|centre| *centre + *corner).collect();
-                sample(centres, &places, &mut own);
-                low.iter_mut().zip(&own).for_each(|(low, v)| *low = low.min(*v));
-                high.iter_mut().zip(&own).for_each(|(high, v)| *high = high.max(*v));
+                sample(centres, &places, &mut means);
+                low.iter_mut().zip(&means).for_each(|(low, v)| *low = low.min(*v));
+                high.iter_mut().zip(&means).for_each(|(high, v)| *high = high.max(*v));
             }
             for (i, value) in values.iter_mut().enumerate() {
                 if high[i] - low[i] <= EVEN * high[i].abs().max(low[i].abs()) {

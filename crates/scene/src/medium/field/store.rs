@@ -76,8 +76,8 @@ impl Store {
     /// True if another is the same memory.
     pub fn is(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Rows(_, own), Self::Rows(_, other)) => own.is(other),
-            (Self::Blocks(own), Self::Blocks(other)) => Arc::ptr_eq(own, other),
+            (Self::Rows(_, rows), Self::Rows(_, other)) => rows.is(other),
+            (Self::Blocks(blocks), Self::Blocks(other)) => Arc::ptr_eq(blocks, other),
             _ => false,
         }
     }

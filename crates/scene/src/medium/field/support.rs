@@ -40,7 +40,7 @@ impl Support {
     /// The region where either of two is not zero.
     fn either(self, other: Self) -> Self {
         match (self, other) {
-            (Support::Number(0.0), own) | (own, Support::Number(0.0)) => own,
+            (Support::Number(0.0), other) | (other, Support::Number(0.0)) => other,
             (Support::Within(a), Support::Within(b)) => Support::Within(a.union(&b)),
             _ => Support::Everywhere,
         }
@@ -68,7 +68,7 @@ impl Operand for Support {
             (Support::Number(a), Support::Number(b)) => Support::Number(a * b),
             (Support::Number(0.0), _) | (_, Support::Number(0.0)) => Support::Number(0.0),
             (Support::Within(a), Support::Within(b)) => a.intersection(&b).map_or(Support::Number(0.0), Support::Within),
-            (Support::Within(own), _) | (_, Support::Within(own)) => Support::Within(own),
+            (Support::Within(bounds), _) | (_, Support::Within(bounds)) => Support::Within(bounds),
             _ => Support::Everywhere,
         }
     }
@@ -136,7 +136,7 @@ mod tests {
         Bounds::cube(DVec3::new(centre, 0.0, 0.0), half)
     }
 
-    fn of(formula: &str) -> Support {
+    fn support_of(formula: &str) -> Support {
         let (a, b) = (ball(0.0, 1.0), ball(1.5, 1.0));
         // Names in the order of the alphabet, as the parser has them.
         let variables = [("a", Support::Within(a)), ("b", Support::Within(b)), ("x", Support::Everywhere)];
@@ -149,10 +149,10 @@ mod tests {
     fn boxes_follow_the_operators() {
         let (a, b) = (ball(0.0, 1.0), ball(1.5, 1.0));
         for formula in ["a + b", "a - b", "max(a, b)", "-a + 2*b^2", "a*x + b", "sqrt(a) + tanh(b)/2"] {
-            assert_eq!(of(formula), Support::Within(a.union(&b)), "{formula}");
+            assert_eq!(support_of(formula), Support::Within(a.union(&b)), "{formula}");
         }
         for formula in ["a * b", "a * (1 - x) * b", "a^2 * b / x", "2*b*a + 0*x"] {
-            assert_eq!(of(formula), Support::Within(a.intersection(&b).unwrap()), "{formula}");
+            assert_eq!(support_of(formula), Support::Within(a.intersection(&b).unwrap()), "{formula}");
         }
         for formula in [
             "a",
@@ -169,10 +169,10 @@ mod tests {
             "a^sqrt(4)",
             "a*min(1, 2)",
         ] {
-            assert_eq!(of(formula), Support::Within(a), "{formula}");
+            assert_eq!(support_of(formula), Support::Within(a), "{formula}");
         }
         for formula in ["a * 0", "a * (1 - 2/2)", "a * step(0.2, 0.5)", "0/3 * b"] {
-            assert_eq!(of(formula), Support::Number(0.0), "{formula}");
+            assert_eq!(support_of(formula), Support::Number(0.0), "{formula}");
         }
         for formula in [
             "a + 1",
@@ -189,7 +189,7 @@ mod tests {
             "max(1/3, a)",
             "a^cos(3)",
         ] {
-            assert_eq!(of(formula), Support::Everywhere, "{formula}");
+            assert_eq!(support_of(formula), Support::Everywhere, "{formula}");
         }
     }
 

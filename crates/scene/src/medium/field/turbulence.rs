@@ -229,12 +229,12 @@ mod tests {
         // Over all directions at once, with the waves in parsecs^-1.
         let shells = integrate(|k: f64| 4.0 * PI * k * k * spectrum(DVec3::X * k), 0.0, 4000.0, 1e-7);
         assert!((shells / wanted.variance - 1.0).abs() < 0.01, "{shells} {}", wanted.variance);
-        let held: f64 = (0..96usize.pow(3))
+        let mass: f64 = (0..96usize.pow(3))
             .map(|i| [i % 96, i / 96 % 96, i / 9216].map(|k| wave_number(k, 96)))
             .filter(|k| *k != [0; 3] && k.iter().all(|k| k.abs() < 48))
             .map(|k| spectrum(DVec3::from(k.map(|k| k as f64)) / 4.0) / 64.0)
             .sum();
-        assert!(held < wanted.variance && held > 0.8 * wanted.variance, "{held}");
+        assert!(mass < wanted.variance && mass > 0.8 * wanted.variance, "{mass}");
         let grid = wanted.grid(1 << 30).unwrap();
         let mean = grid.values().iter().map(|v| f64::from(*v)).sum::<f64>() / 96f64.powi(3);
         assert!((mean - 1.0).abs() < 1e-5, "{mean}");
@@ -247,7 +247,7 @@ mod tests {
             })
             .collect();
         let [second, third, fourth] = [0, 1, 2].map(|n| moments.iter().map(|m| m[n]).sum::<f64>() / 6.0);
-        assert!((second / held - 1.0).abs() < 0.1, "{second} {held}");
+        assert!((second / mass - 1.0).abs() < 0.1, "{second} {mass}");
         assert!(third.abs() < 0.2 * second.powf(1.5) && (fourth / (3.0 * second * second) - 1.0).abs() < 0.15, "{third} {fourth}");
     }
 
@@ -299,9 +299,9 @@ mod tests {
             let both = product(&|p| (p.0 - a) * (p.1 - b));
             both / (product(&|p| (p.0 - a).powi(2)) * product(&|p| (p.1 - b).powi(2))).sqrt()
         };
-        let own = likeness(&logarithms(&turbulence(64)));
+        let correlation = likeness(&logarithms(&turbulence(64)));
         let other = likeness(&logarithms(&Turbulence { seed: 6, ..turbulence(64) }));
-        assert!(own > 0.95 && other.abs() < 0.3, "{own} {other}");
+        assert!(correlation > 0.95 && other.abs() < 0.3, "{correlation} {other}");
     }
 
     #[test]

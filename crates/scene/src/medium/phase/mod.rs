@@ -186,8 +186,8 @@ impl MeanCosine {
             let table = curve::read(section, &G_FILE, Ordinate::MeanCosine, inputs)?.table;
             return section.wrap(&G_FILE, MeanCosine::Table(table).checked());
         }
-        let own = extinction.dust_table().map(|t| MeanCosine::Table(t.mean_cosine.clone()));
-        own.ok_or_else(|| {
+        let cosines = extinction.dust_table().map(|t| MeanCosine::Table(t.mean_cosine.clone()));
+        cosines.ok_or_else(|| {
             section.error(
                 &G,
                 format!(

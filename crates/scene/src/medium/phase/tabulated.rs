@@ -167,14 +167,14 @@ impl Phase for Tabulated {
         let (x, y) = (column.x(), column.y());
         let mut left = random.uniform() / (2.0 * std::f64::consts::PI);
         for i in 1..x.len() {
-            let (step, own) = (x[i] - x[i - 1], 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1]));
-            if left < own {
+            let (step, area) = (x[i] - x[i - 1], 0.5 * (x[i] - x[i - 1]) * (y[i] + y[i - 1]));
+            if left < area {
                 // The density rises evenly: the root of y d + slope d²/2 = left.
                 let slope = (y[i] - y[i - 1]) / step;
                 let root = (y[i - 1] * y[i - 1] + 2.0 * slope * left).max(0.0).sqrt();
                 return x[i - 1] + (2.0 * left / (y[i - 1] + root)).clamp(0.0, step);
             }
-            left -= own;
+            left -= area;
         }
         1.0
     }

@@ -81,13 +81,13 @@ pub const KINDS: &[Kind<Projection>] = &[
 ///
 /// # Errors
 /// If a key is unknown, missing or wrong; its place is said.
-pub fn bookmark(section: &Section, inputs: &Inputs, own: &Camera) -> Result<Camera> {
+pub fn bookmark(section: &Section, inputs: &Inputs, viewed: &Camera) -> Result<Camera> {
     let mut camera = build(section, inputs)?;
     if !section.has(&SIZE) {
-        (camera.width, camera.height) = (own.width, own.height);
+        (camera.width, camera.height) = (viewed.width, viewed.height);
     }
     if !section.has(&SUPERSAMPLING) {
-        camera.supersampling = own.supersampling;
+        camera.supersampling = viewed.supersampling;
     }
     Ok(camera)
 }
@@ -110,7 +110,7 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
         return Err(section.error(&UP, "up is parallel to the viewing direction; choose another"));
     }
     let [width, height] = section.read(&SIZE)?;
-    let eyes = section.read(&STEREO)?.map(|own| stereo::build(&own, position.distance(target))).transpose()?;
+    let eyes = section.read(&STEREO)?.map(|table| stereo::build(&table, position.distance(target))).transpose()?;
     if matches!(projection, Projection::Perspective { .. })
         && let Some(table) = section.read(&STEREO)?
     {

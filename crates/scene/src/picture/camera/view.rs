@@ -18,8 +18,8 @@ impl Camera {
         }
         let row = |world: usize| -> [f64; 3] { axes.map(|axis| axis[world]) };
         let origin = axes.map(|axis| -self.position.dot(axis));
-        let of = |v: [f64; 3], last: f64| [v[0], v[1], v[2], last];
-        let world_to_camera = [of(row(0), 0.0), of(row(1), 0.0), of(row(2), 0.0), of(origin, 1.0)];
+        let vec4 = |v: [f64; 3], last: f64| [v[0], v[1], v[2], last];
+        let world_to_camera = [vec4(row(0), 0.0), vec4(row(1), 0.0), vec4(row(2), 0.0), vec4(origin, 1.0)];
         let (width, height) = (self.width as f64, self.height as f64);
         let (column, line, whole) = match self.part {
             Some(part) => (part.column as f64, part.row as f64, (part.whole.0 as f64, part.whole.1 as f64)),
@@ -62,10 +62,10 @@ mod tests {
                 let seen = times(p, &view.world_to_screen);
                 assert!((seen[0] / seen[3] * 120.0 - (column + part.column as f64)).abs() < 1e-9);
                 assert!((seen[1] / seen[3] * 80.0 - (row + part.row as f64)).abs() < 1e-9);
-                let own = times(p, &view.world_to_camera);
+                let p_camera = times(p, &view.world_to_camera);
                 let away = p - camera.position;
-                assert!((DVec3::new(own[0], own[1], own[2]).length() - away.length()).abs() < 1e-12);
-                assert!((own[2] - away.dot(camera.forward)).abs() < 1e-12 && own[3] == 1.0);
+                assert!((DVec3::new(p_camera[0], p_camera[1], p_camera[2]).length() - away.length()).abs() < 1e-12);
+                assert!((p_camera[2] - away.dot(camera.forward)).abs() < 1e-12 && p_camera[3] == 1.0);
             }
         }
         assert_eq!(Camera::look_at(DVec3::Z, DVec3::ZERO).cubemap(16).view(), None);

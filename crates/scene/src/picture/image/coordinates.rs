@@ -76,8 +76,8 @@ mod tests {
     #[test]
     fn images_lie_on_the_sky() {
         let target = SkyPlace { longitude_deg: 274.7, latitude_deg: -13.8, ..SkyPlace::default() };
-        let of = |degrees| SkyCoordinates::of(&observation(target, degrees), PixelScale::Angle(0.1)).unwrap();
-        assert_eq!(of(0.0).kinds(), ["RA---TAN", "DEC--TAN"]);
+        let coordinates = |degrees| SkyCoordinates::of(&observation(target, degrees), PixelScale::Angle(0.1)).unwrap();
+        assert_eq!(coordinates(0.0).kinds(), ["RA---TAN", "DEC--TAN"]);
         let galactic = SkyPlace { frame: SkyFrame::Galactic, ..target };
         let all_around = SkyCoordinates::of(&observation(galactic, 0.0), PixelScale::PlateCarree(0.1)).unwrap();
         assert_eq!(all_around.kinds(), ["GLON-CAR", "GLAT-CAR"]);
@@ -86,8 +86,8 @@ mod tests {
         let Turned::Sphere { pole_deg } = all_around.turned else { panic!("{all_around:?}") };
         assert!((pole_deg.abs() - 180.0).abs() < 1e-9, "{pole_deg}");
         let east_and_north = |degrees, [x, y]: [f64; 2]| {
-            let Turned::Plane(pc) = of(degrees).turned else { panic!("no plane") };
-            [0, 1].map(|i| (of(degrees).step_deg[i] * (pc[i][0] * x + pc[i][1] * y) * 1e9).round() / 1e9)
+            let Turned::Plane(pc) = coordinates(degrees).turned else { panic!("no plane") };
+            [0, 1].map(|i| (coordinates(degrees).step_deg[i] * (pc[i][0] * x + pc[i][1] * y) * 1e9).round() / 1e9)
         };
         assert_eq!((east_and_north(0.0, [1.0, 0.0]), east_and_north(0.0, [0.0, 1.0])), ([-0.1, 0.0], [0.0, 0.1]));
         assert_eq!((east_and_north(90.0, [0.0, 1.0]), east_and_north(90.0, [1.0, 0.0])), ([0.1, 0.0], [0.0, 0.1]));

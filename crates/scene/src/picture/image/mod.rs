@@ -322,9 +322,11 @@ impl Image {
     /// The values of a band in the unit that was asked for; standard errors beside the radiances that they are of.
     pub fn in_unit(&self, band: usize) -> Box<dyn Iterator<Item = f64> + '_> {
         let values = self.band(band);
-        let of = (0..self.bands.len()).find(|of| self.errors_of(*of) == Some(band));
-        match (self.bands[of.unwrap_or(band)].in_unit, of) {
-            (Some(unit), Some(of)) => Box::new(values.zip(self.band(of)).map(move |(error, radiance)| unit.error(error, radiance))),
+        let radiance_band = (0..self.bands.len()).find(|index| self.errors_of(*index) == Some(band));
+        match (self.bands[radiance_band.unwrap_or(band)].in_unit, radiance_band) {
+            (Some(unit), Some(radiance_band)) => {
+                Box::new(values.zip(self.band(radiance_band)).map(move |(error, radiance)| unit.error(error, radiance)))
+            }
             (Some(unit), None) => Box::new(values.map(move |radiance| unit.value(radiance))),
             (None, _) => Box::new(values),
         }

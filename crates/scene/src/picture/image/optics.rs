@@ -129,23 +129,23 @@ impl Part {
             }
             Self::Polygon { edges, places, area, sign } => {
                 let dot = |with: Vec2| u * with.x + v * with.y;
-                let mut own = [f32x8::ZERO; 2];
+                let mut amplitudes = [f32x8::ZERO; 2];
                 for edge in edges {
                     let weight = dot(edge.normal) * sinc(dot(edge.along) * edge.length) * edge.length;
                     let (sin, cos) = (dot(edge.middle) * TAU).sin_cos();
                     // i e^(−iφ) = sin φ + i cos φ.
-                    own = [own[0] + weight * sin, own[1] + weight * cos];
+                    amplitudes = [amplitudes[0] + weight * sin, amplitudes[1] + weight * cos];
                 }
                 let factor = f32x8::splat(1.0 / TAU) / square;
                 // In the middle it is its area.
                 let near = square.simd_lt(f32x8::splat(1e-4));
-                own = [near.select(f32x8::splat(*area), own[0] * factor), near.select(f32x8::ZERO, own[1] * factor)];
+                amplitudes = [near.select(f32x8::splat(*area), amplitudes[0] * factor), near.select(f32x8::ZERO, amplitudes[1] * factor)];
                 let mut sum = [f32x8::ZERO; 2];
                 for place in places {
                     let (sin, cos) = (dot(*place) * TAU).sin_cos();
                     sum = [sum[0] + cos, sum[1] - sin];
                 }
-                [(own[0] * sum[0] - own[1] * sum[1]) * *sign, (own[0] * sum[1] + own[1] * sum[0]) * *sign]
+                [(amplitudes[0] * sum[0] - amplitudes[1] * sum[1]) * *sign, (amplitudes[0] * sum[1] + amplitudes[1] * sum[0]) * *sign]
             }
         }
     }
@@ -169,8 +169,8 @@ impl Pupil {
     /// The pattern at eight places \[λ/D\]; its integral is the area of the pupil.
     pub fn pattern(&self, places: [f32x8; 2]) -> f32x8 {
         let amplitude = self.parts.iter().fold([f32x8::ZERO; 2], |sum, part| {
-            let own = part.amplitude(places);
-            [sum[0] + own[0], sum[1] + own[1]]
+            let amplitude = part.amplitude(places);
+            [sum[0] + amplitude[0], sum[1] + amplitude[1]]
         });
         amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]
     }
@@ -259,8 +259,8 @@ mod tests {
         for x in [1e-3, 0.5, 1.8, 2.9, 3.1, 7.0, 20.0, 90.0] {
             let turn = |t: f64| (t - x * t.sin()).cos();
             let truth = integrate(turn, 0.0, std::f64::consts::PI, 1e-10) / std::f64::consts::PI / x;
-            let own = f64::from(bessel_over_x(f32x8::splat(x as f32)).to_array()[3]);
-            assert!((own - truth).abs() < 1e-6 / x.max(1.0), "{x}: {own} {truth}");
+            let found = f64::from(bessel_over_x(f32x8::splat(x as f32)).to_array()[3]);
+            assert!((found - truth).abs() < 1e-6 / x.max(1.0), "{x}: {found} {truth}");
         }
     }
 

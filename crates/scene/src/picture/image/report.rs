@@ -114,7 +114,7 @@ fn certificate_words(c: &Certificate) -> String {
 impl Report {
     /// Spectral errors of a passband; empty where they are unknown.
     pub fn certificates_of(&self, band: &str) -> &[(String, Certificate)] {
-        self.certificates.iter().find(|own| own.band == band).map_or(&[], |own| &own.lights)
+        self.certificates.iter().find(|known| known.band == band).map_or(&[], |known| &known.lights)
     }
 
     /// Statements about the spectral errors of a passband, a sentence for each light.

@@ -89,12 +89,12 @@ impl SkyPlace {
     pub fn axes(&self) -> [DVec3; 3] {
         let (sin_l, cos_l) = self.longitude_deg.to_radians().sin_cos();
         let (sin_b, cos_b) = self.latitude_deg.to_radians().sin_cos();
-        let own = [
+        let matrix_rows = [
             DVec3::new(cos_b * cos_l, cos_b * sin_l, sin_b),
             DVec3::new(-sin_l, cos_l, 0.0),
             DVec3::new(-sin_b * cos_l, -sin_b * sin_l, cos_b),
         ];
-        own.map(|axis| self.frame.from_icrs().transpose() * axis)
+        matrix_rows.map(|axis| self.frame.from_icrs().transpose() * axis)
     }
 
     /// Its direction, of length one, ICRS: x to right ascension 0, z to the pole.
@@ -189,8 +189,9 @@ mod tests {
     fn galactic_places_are_places() {
         let galactic = |l: f64, b: f64| SkyPlace { frame: SkyFrame::Galactic, longitude_deg: l, latitude_deg: b }.direction();
         let icrs = |text: &str| SkyPlace::parse(SkyFrame::Icrs, text).unwrap().direction();
-        for (own, text) in [(galactic(10.0, 90.0), "12h51m26.2752s 27d07m41.704s"), (galactic(0.0, 0.0), "17h45m37.1991s -28d56m10.221s")] {
-            assert!((own - icrs(text)).length() < 1e-7, "{text}: {own}");
+        for (place, text) in [(galactic(10.0, 90.0), "12h51m26.2752s 27d07m41.704s"), (galactic(0.0, 0.0), "17h45m37.1991s -28d56m10.221s")]
+        {
+            assert!((place - icrs(text)).length() < 1e-7, "{text}: {place}");
         }
         let turn = SkyFrame::Galactic.from_icrs();
         assert!((turn * turn.transpose() - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-12));

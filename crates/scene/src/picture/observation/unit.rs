@@ -183,9 +183,9 @@ mod tests {
         }
         // AB and ST are one where 3.631e-20 erg/s/cm2/Hz c/λ² is 3.631e-9 erg/s/cm2/angstrom, at 5475.6 angstrom.
         for name in ["hst-wfc3-f656n", "jwst-nircam-f200w"] {
-            let of = |unit: RadianceUnit| unit.of(&band(name), None).unwrap().value(1e-8);
+            let value = |unit: RadianceUnit| unit.of(&band(name), None).unwrap().value(1e-8);
             let wanted = -5.0 * (band(name).pivot().0 / 0.547_56).log10();
-            assert!((of(RadianceUnit::Ab) - of(RadianceUnit::St) - wanted).abs() < 1e-3, "{name}");
+            assert!((value(RadianceUnit::Ab) - value(RadianceUnit::St) - wanted).abs() < 1e-3, "{name}");
         }
     }
 

@@ -63,21 +63,21 @@ impl IonisedGas {
     }
 
     /// Notes in sentences.
-    pub fn told(&self) -> Vec<String> {
+    pub fn notes(&self) -> Vec<String> {
         let (Some(temperature), Some(electrons)) = (self.temperature, self.electrons) else {
             return vec!["not ionised: no star has photons above 13.6 eV, or no gas is near".into()];
         };
-        let mut told = vec![format!("{temperature:.0} K and {electrons:.3e} electrons per cm3 in the ionised gas")];
+        let mut notes = vec![format!("{temperature:.0} K and {electrons:.3e} electrons per cm3 in the ionised gas")];
         for (star, escaped) in self.cloud.stars.iter().zip(&self.escaped).filter(|(_, escaped)| **escaped > ESCAPED) {
-            told.push(format!("{:.0} % of the ionising photons of {} leave or miss the cloud", 100.0 * escaped, star.name));
+            notes.push(format!("{:.0} % of the ionising photons of {} leave or miss the cloud", 100.0 * escaped, star.name));
         }
         if self.passes > 1 {
-            told.push(format!("{} passes on {}; the last changed {:.1e} of the ions", self.passes, self.by, self.change));
+            notes.push(format!("{} passes on {}; the last changed {:.1e} of the ions", self.passes, self.by, self.change));
         }
         if self.unsettled > UNSETTLED {
-            told.push(format!("the gas did not converge in {:.2} % of the beam steps", 100.0 * self.unsettled));
+            notes.push(format!("the gas did not converge in {:.2} % of the beam steps", 100.0 * self.unsettled));
         }
-        told
+        notes
     }
 }
 
@@ -105,11 +105,15 @@ mod tests {
     #[test]
     fn softening_keeps_all_light() {
         let dims = [4, 3, 5];
-        for (voxel, own) in [(17, 8.0 / 27.0), (0, 125.0 / 216.0)] {
+        for (voxel, expected) in [(17, 8.0 / 27.0), (0, 125.0 / 216.0)] {
             let mut values = vec![0.0; 60];
             values[voxel] = 8.0;
             let soft = softened(dims, values);
-            assert!((soft.iter().sum::<f32>() - 8.0).abs() < 1e-5 && (soft[voxel] / 8.0 - own).abs() < 1e-6, "{voxel}: {}", soft[voxel]);
+            assert!(
+                (soft.iter().sum::<f32>() - 8.0).abs() < 1e-5 && (soft[voxel] / 8.0 - expected).abs() < 1e-6,
+                "{voxel}: {}",
+                soft[voxel]
+            );
         }
         assert!(softened(dims, vec![3.0; 60]).iter().all(|v| (v - 3.0).abs() < 1e-6));
     }

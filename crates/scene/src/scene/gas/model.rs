@@ -197,8 +197,11 @@ impl Gas {
         let densest = cloud.densest();
         let functions: Vec<_> =
             species.iter().map(|species| move |gas: &Matter, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
-        let mut quantities: Vec<Quantity> =
-            species.iter().zip(&functions).map(|(of, value)| Quantity { most: cloud.most(of.table, of.lines[0]), value }).collect();
+        let mut quantities: Vec<Quantity> = species
+            .iter()
+            .zip(&functions)
+            .map(|(species, value)| Quantity { most: cloud.most(species.table, species.lines[0]), value })
+            .collect();
         let pairs = |gas: &Matter, state: &State| state.pairs(gas);
         let most = cloud.electrons() * densest * densest;
         let warm = |gas: &Matter, state: &State| pairs(gas, state) * state.temperature;

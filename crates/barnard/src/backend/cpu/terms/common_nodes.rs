@@ -99,10 +99,10 @@ simd! {
         let count = terms.nodes.k.len();
         for (share, out) in terms.bands.iter().zip(radiance.chunks_exact_mut(LANES)) {
             let mut band = [0.0; LANES];
-            for (weights, own) in share.weights.iter().zip(sum.chunks_exact(count)) {
-                for (weight, own) in weights.iter().zip(&own[share.first..]) {
+            for (weights, node_sums) in share.weights.iter().zip(sum.chunks_exact(count)) {
+                for (weight, node_sum) in weights.iter().zip(&node_sums[share.first..]) {
                     for lane in 0..LANES {
-                        band[lane] = fma(*weight, own[lane], band[lane]);
+                        band[lane] = fma(*weight, node_sum[lane], band[lane]);
                     }
                 }
             }

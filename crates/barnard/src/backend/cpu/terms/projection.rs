@@ -146,9 +146,9 @@ impl CoordinateTable {
         for lane in 0..LANES {
             let (low, high) = ((middle[lane] - half[lane]) * self.per_depth, (middle[lane] + half[lane]) * self.per_depth);
             let (first, last) = (place(low, self.gaps), place(high, self.gaps));
-            let held = high.max(self.gaps as f32) - low.max(self.gaps as f32);
+            let span = high.max(self.gaps as f32) - low.max(self.gaps as f32);
             for q in 0..self.size.div_ceil(4) {
-                let mean = self.between(q, first, last, held);
+                let mean = self.between(q, first, last, span);
                 for (mean, value) in means[4 * q..4 * q + 4].iter_mut().zip(mean.to_array()) {
                     mean[lane] = value;
                 }
@@ -158,7 +158,7 @@ impl CoordinateTable {
     }
 
     /// The mean of a quad between two places of the table, and on over so many gaps that are `held` at the second.
-    fn between(&self, q: usize, first: Place, last: Place, held: f32) -> f32x4 {
+    fn between(&self, q: usize, first: Place, last: Place, span: f32) -> f32x4 {
         let (from, to) = (first.fraction, last.fraction);
         let (front, back) = (self.quad(first.cell, q), self.quad(last.cell, q));
         let (in_front, behind) = (front.mean(from, 0.0), back.mean(to, 0.0));
@@ -168,12 +168,12 @@ impl CoordinateTable {
             let (before, after) = (0.5 * (1.0 - from), 0.5 * to);
             let ends = before * (in_front + front.value + front.growth) + after * (back.value + behind);
             (ends + whole * self.per_depth, (1.0 - from) + (last.cell - first.cell - 1) as f32 + to)
-        } else if held > 0.0 {
+        } else if span > 0.0 {
             (0.5 * (to - from) * (in_front + behind), to - from)
         } else {
             return 0.5 * (in_front + behind);
         };
-        (within + held * behind) * (1.0 / (gaps + held))
+        (within + span * behind) * (1.0 / (gaps + span))
     }
 
     #[inline(always)]
@@ -186,8 +186,8 @@ impl CoordinateQuad {
     /// Four elements from the `first` on in the gap between two depths; elements beyond the basis are none.
     fn new(values: &[Vec<f64>], curvatures: &[Vec<f64>], first: usize) -> Self {
         let value = |at: &[f64], i: usize| at.get(first + i).copied().unwrap_or(0.0);
-        let growth = |of: &[Vec<f64>], i: usize| value(&of[1], i) - value(&of[0], i);
-        let four = |of: &dyn Fn(usize) -> f64| f32x4::new(std::array::from_fn(|i| of(i) as f32));
+        let growth = |columns: &[Vec<f64>], i: usize| value(&columns[1], i) - value(&columns[0], i);
+        let four = |value: &dyn Fn(usize) -> f64| f32x4::new(std::array::from_fn(|i| value(i) as f32));
         Self {
             value: four(&|i| value(&values[0], i)),
             growth: four(&|i| growth(values, i)),

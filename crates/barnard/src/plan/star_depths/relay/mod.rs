@@ -121,7 +121,7 @@ impl Relay {
         }
         for layer in along {
             let first = layers.last().map_or(0, |layer| layer.numbers.end);
-            let of_layer = planes[first..].iter().take_while(|plane| self.partition.own(w, layer).contains(plane)).count();
+            let of_layer = planes[first..].iter().take_while(|plane| self.partition.range(w, layer).contains(plane)).count();
             if of_layer == 0 {
                 continue;
             }
@@ -142,8 +142,8 @@ impl Relay {
             let is_left_here = (0..2).all(|axis| !self.left_in(number, &rays, axis, last, place).is_empty());
             let z = frustum.distance(planes[numbers.end - 1]);
             let has_voxels = (0..2).all(|axis| {
-                let own = self.partition.own(frustum.axes[axis], place[frustum.axes[axis]]);
-                own.start as f64 - frustum.star[axis] <= z + 1.0 && frustum.star[axis] - own.end as f64 <= z + 1.0
+                let range = self.partition.range(frustum.axes[axis], place[frustum.axes[axis]]);
+                range.start as f64 - frustum.star[axis] <= z + 1.0 && frustum.star[axis] - range.end as f64 <= z + 1.0
             });
             is_left_here || has_voxels
         })
@@ -152,7 +152,7 @@ impl Relay {
     /// The rays along u or v that are in a brick on a plane at distance `z`; those beside the box are in the outermost.
     fn left_in(&self, number: usize, rays: &Rays, axis: usize, z: f64, place: [usize; 3]) -> Range<usize> {
         let frustum = &self.frustums[number];
-        let (own, count) = (self.partition.own(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
+        let (range, count) = (self.partition.range(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
         let at = |ray: usize| frustum.star[axis] + (rays.first[axis] + (ray as f64 - 1.0) * rays.spacing) * z;
         // The first ray beyond a border between bricks: both sides of it find the same.
         let beyond = |cut: usize| match cut {
@@ -170,7 +170,7 @@ impl Relay {
                 ray
             }
         };
-        beyond(own.start)..beyond(own.end)
+        beyond(range.start)..beyond(range.end)
     }
 
     /// The planes of a layer of which σ is read, from the voxel before the first to that behind the last.
@@ -191,9 +191,9 @@ impl Relay {
         let [near, far] = [layer.numbers.start, layer.numbers.end - 1].map(|number| frustum.distance(planes[number]));
         let mut needs = [0..0, 0..0, 0..0];
         for axis in 0..2 {
-            let (own, count) = (self.partition.own(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
+            let (range, count) = (self.partition.range(frustum.axes[axis], place[frustum.axes[axis]]), frustum.dims[axis]);
             let star = frustum.star[axis];
-            let ends = [own.start as f64 - AROUND, own.end as f64 + AROUND];
+            let ends = [range.start as f64 - AROUND, range.end as f64 + AROUND];
             // Where rays that pass the brick's ends on its planes are there, and where they came into the layer.
             let places = ends.into_iter().flat_map(|end| [end, star + (end - star) * entry / near, star + (end - star) * entry / far]);
             let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), place| (low.min(place), high.max(place)));
@@ -211,17 +211,17 @@ impl Relay {
         let frustum = &self.frustums[layer.frustum];
         let border = frustum.side(side)?;
         let (axis, count) = (frustum.axes[side], frustum.dims[side]);
-        let own = self.partition.own(axis, place[axis]);
+        let range = self.partition.range(axis, place[axis]);
         let beside = if border < 0.0 { 0..BORDER.min(count) } else { count.saturating_sub(BORDER)..count };
-        if own.end <= beside.start || own.start >= beside.end {
+        if range.end <= beside.start || range.start >= beside.end {
             return None;
         }
         let other = 1 - side;
-        let (own, count) = (self.partition.own(frustum.axes[other], place[frustum.axes[other]]), frustum.dims[other]);
+        let (range, count) = (self.partition.range(frustum.axes[other], place[frustum.axes[other]]), frustum.dims[other]);
         let star = frustum.star[other].clamp(0.0, count as f64 - 1.0) as usize;
         let mut voxels = [0..0, 0..0, 0..0];
         voxels[axis] = beside;
-        voxels[frustum.axes[other]] = own.start.min(star).saturating_sub(2)..(own.end.max(star) + 3).min(count);
+        voxels[frustum.axes[other]] = range.start.min(star).saturating_sub(2)..(range.end.max(star) + 3).min(count);
         voxels[frustum.axes[2]] = self.depth_range(layer, true);
         Some(voxels)
     }
@@ -245,8 +245,8 @@ impl Relay {
         let planes = frustum.planes();
         let part = self.part(brick.dust, &self.needs(layer, brick.place))?;
         let exact = |place: [usize; 3]| self.exact(layer, brick, place);
-        let own = [0, 1].map(|axis| self.partition.own(frustum.axes[axis], brick.place[frustum.axes[axis]]));
-        let sweep = FrustumSweep { dust: part, frustum: frustum.clone(), own, exact: &exact };
+        let ranges = [0, 1].map(|axis| self.partition.range(frustum.axes[axis], brick.place[frustum.axes[axis]]));
+        let sweep = FrustumSweep { dust: part, frustum: frustum.clone(), ranges, exact: &exact };
         let mut out = (pass == Pass::Depths).then(|| BrickDepths::new(self, frustum, brick.place));
         let mut handed = Vec::new();
         for (number, TierOf { rays, begin, end }) in frustum.tiers().into_iter().enumerate() {
@@ -300,7 +300,7 @@ impl Relay {
     fn tier(&self, number: usize, rays: Rays, window: [Range<usize>; 2], pass: Pass, carried: &Carried) -> Result<Tier> {
         let count = rays.counts[0] * rays.counts[1];
         let (depths, entries) = carried.get(&number).copied().unwrap_or_default();
-        let of = |values: &[f32]| -> Result<Vec<f32>> {
+        let moved = |values: &[f32]| -> Result<Vec<f32>> {
             if values.is_empty() {
                 return Ok(vec![0.0; window[0].len() * window[1].len()]);
             }
@@ -309,20 +309,20 @@ impl Relay {
             }
             Ok(window[1].clone().flat_map(|j| &values[j * rays.counts[0]..][window[0].clone()]).copied().collect())
         };
-        let entries = (pass == Pass::Entries).then(|| of(entries)).transpose()?;
-        Ok(Tier { depths: of(depths)?, entries, window, rays })
+        let entries = (pass == Pass::Entries).then(|| moved(entries)).transpose()?;
+        Ok(Tier { depths: moved(depths)?, entries, window, rays })
     }
 }
 
 /// The rays that the voxels of a plane at distance `z` ask for.
 fn asked(sweep: &FrustumSweep, rays: &Rays, z: f64) -> Option<[Range<usize>; 2]> {
-    let of = |axis: usize| {
+    let counts = |axis: usize| {
         let voxels = sweep.covered(axis, z);
         let (first, step) = sweep.among(rays, axis, z);
         let second = |voxel: usize| beside(first + voxel as f64 * step, rays.counts[axis]).0;
         (!voxels.is_empty()).then(|| second(voxels.start) - 1..second(voxels.end - 1) + 3)
     };
-    Some([of(0)?, of(1)?])
+    Some([counts(0)?, counts(1)?])
 }
 
 /// The smallest range that holds both.
@@ -333,12 +333,12 @@ fn hull(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
 /// Some rays of a tier's window.
 fn cut_out(number: usize, tier: &Tier, rays: [Range<usize>; 2]) -> Handed {
     let width = tier.window[0].len();
-    let of = |values: &[f32]| -> Vec<f32> {
+    let moved = |values: &[f32]| -> Vec<f32> {
         let columns = rays[0].start - tier.window[0].start..rays[0].end - tier.window[0].start;
         rays[1].clone().flat_map(|j| &values[(j - tier.window[1].start) * width..][columns.clone()]).copied().collect()
     };
-    let entries = tier.entries.as_deref().map_or_else(Vec::new, of);
-    Handed { tier: number, depths: of(&tier.depths), entries, rays }
+    let entries = tier.entries.as_deref().map_or_else(Vec::new, moved);
+    Handed { tier: number, depths: moved(&tier.depths), entries, rays }
 }
 
 /// The depths of a brick's voxels, z × y × x, while planes across any axis are written into them.
@@ -354,13 +354,13 @@ struct BrickDepths {
 
 impl BrickDepths {
     fn new(relay: &Relay, frustum: &Frustum, place: [usize; 3]) -> Self {
-        let own = relay.partition.voxels(place);
-        let strides = [1, own[0].len(), own[0].len() * own[1].len()];
-        let [u, v, _] = frustum.axes.map(|axis| own[axis].len());
+        let voxels = relay.partition.voxels(place);
+        let strides = [1, voxels[0].len(), voxels[0].len() * voxels[1].len()];
+        let [u, v, _] = frustum.axes.map(|axis| voxels[axis].len());
         Self {
-            values: vec![f32::NAN; own.iter().map(|own| own.len()).product()],
+            values: vec![f32::NAN; voxels.iter().map(|range| range.len()).product()],
             plane: vec![0.0; u * v],
-            first: frustum.axes.map(|axis| own[axis].start),
+            first: frustum.axes.map(|axis| voxels[axis].start),
             width: u,
             strides: frustum.axes.map(|axis| strides[axis]),
         }

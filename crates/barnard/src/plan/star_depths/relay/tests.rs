@@ -32,12 +32,12 @@ fn pass(grid: &Grid, relay: &Relay, layers: &[Layer], pass: Pass, mut all: All, 
             values.into_iter().for_each(|values| visit(*place, values));
             for Handed { tier, rays: [columns, rows], depths, entries } in handed {
                 let [width, height] = rays[tier];
-                let own = next.entry(tier).or_insert_with(|| (vec![f32::NAN; width * height], vec![f32::NAN; width * height]));
+                let faces = next.entry(tier).or_insert_with(|| (vec![f32::NAN; width * height], vec![f32::NAN; width * height]));
                 for (j, y) in rows.enumerate() {
                     for (i, x) in columns.clone().enumerate() {
-                        own.0[y * width + x] = depths[j * columns.len() + i];
+                        faces.0[y * width + x] = depths[j * columns.len() + i];
                         if let Some(entry) = entries.get(j * columns.len() + i) {
-                            own.1[y * width + x] = *entry;
+                            faces.1[y * width + x] = *entry;
                         }
                     }
                 }
@@ -57,19 +57,19 @@ fn by_bricks(grid: &Grid, cuts: &[Vec<usize>; 3], star: DVec3) -> Vec<f32> {
         depths[grid.lattice().index(x, y, z)] = 0.0;
     }
     for frustum in 0..6 {
-        let own: Vec<Layer> = layers.iter().filter(|layer| layer.frustum == frustum).cloned().collect();
+        let layers_of_frustum: Vec<Layer> = layers.iter().filter(|layer| layer.frustum == frustum).cloned().collect();
         let begin = match relay.has_entries(frustum) {
             true => {
-                let all = pass(grid, &relay, &own, Pass::Entries, All::new(), |_, _| ());
+                let all = pass(grid, &relay, &layers_of_frustum, Pass::Entries, All::new(), |_, _| ());
                 all.into_iter().map(|(tier, (_, entries))| (tier, (entries.iter().map(|depth| -depth).collect(), Vec::new()))).collect()
             }
             false => All::new(),
         };
-        pass(grid, &relay, &own, Pass::Depths, begin, |place, values| {
-            let own = relay.partition.voxels(place);
+        pass(grid, &relay, &layers_of_frustum, Pass::Depths, begin, |place, values| {
+            let voxels = relay.partition.voxels(place);
             for (i, value) in values.into_iter().enumerate().filter(|(_, value)| !value.is_nan()) {
-                let [nx, ny] = [own[0].len(), own[1].len()];
-                let [x, y, z] = [own[0].start + i % nx, own[1].start + i / nx % ny, own[2].start + i / (nx * ny)];
+                let [nx, ny] = [voxels[0].len(), voxels[1].len()];
+                let [x, y, z] = [voxels[0].start + i % nx, voxels[1].start + i / nx % ny, voxels[2].start + i / (nx * ny)];
                 depths[grid.lattice().index(x, y, z)] = value;
             }
         });

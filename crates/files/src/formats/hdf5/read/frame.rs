@@ -56,7 +56,7 @@ impl<'a> Place<'a> {
     pub fn unit(&self) -> Option<String> {
         unit_of(&self.found.dataset).or_else(|| {
             let powers = self.numbers(UNIT_DIMENSION)?;
-            let known = MESH_UNITS.iter().find(|(own, _)| own[..] == powers[..]);
+            let known = MESH_UNITS.iter().find(|(known, _)| known[..] == powers[..]);
             Some(known.map_or_else(|| format!("openPMD {UNIT_DIMENSION} {powers:?}"), |(_, name)| (*name).to_owned()))
         })
     }
@@ -71,7 +71,7 @@ impl<'a> Place<'a> {
     pub fn packing(&self) -> Packing {
         let dataset = &self.found.dataset;
         let all = |name: &str| {
-            let attribute = own(dataset, name)?;
+            let attribute = attribute_of(dataset, name)?;
             // Some programs write numbers as texts.
             if stored(&attribute.datatype).is_none() {
                 return text(&attribute)?.parse().ok().map(|number| vec![number]);
@@ -81,7 +81,7 @@ impl<'a> Place<'a> {
         let number = |name: &str| all(name)?.first().copied();
         let kind = stored(dataset.dtype());
         let is_unsigned =
-            own(dataset, "_Unsigned").and_then(|attribute| text(&attribute)).is_some_and(|text| text.eq_ignore_ascii_case("true"));
+            attribute_of(dataset, "_Unsigned").and_then(|attribute| text(&attribute)).is_some_and(|text| text.eq_ignore_ascii_case("true"));
         let bits = kind.filter(|_| is_unsigned).filter(|kind| matches!(kind.kind, Number::Int(1 | 2 | 4)));
         let unsigned = bits.map(|kind| 2f64.powi(8 * kind.size() as i32));
         // Limits and fill values of such numbers may be written as signed ones.
@@ -93,7 +93,7 @@ impl<'a> Place<'a> {
         let is_single = kind.is_some_and(|kind| kind.kind == Number::Float(4));
         let rounded = |v: f64| if is_single { f64::from(v as f32) } else { v };
         let mut blank: Vec<f64> = ["_FillValue", "missing_value"].into_iter().filter_map(all).flatten().map(lifted).map(rounded).collect();
-        if own(dataset, "_FillValue").is_none() {
+        if attribute_of(dataset, "_FillValue").is_none() {
             blank.extend(kind.and_then(|kind| default_fill(kind.kind, self.is_netcdf())).map(lifted));
         }
         let range = all("valid_range").filter(|range| range.len() == 2).map(|range| (Some(range[0]), Some(range[1])));
@@ -114,7 +114,7 @@ impl<'a> Place<'a> {
         let is_named = names.iter().all(|name| !name.is_empty() && !name.starts_with("phony_dim"));
         let known = order_of(&names);
         // MATLAB writes its arrays with their axes reversed.
-        let is_of_matlab = !is_named && own(&self.found.dataset, MATLAB).is_some();
+        let is_of_matlab = !is_named && attribute_of(&self.found.dataset, MATLAB).is_some();
         let order = known.unwrap_or(if is_of_matlab { "zyx" } else { "xyz" });
         let mut frame = Frame { order, unit: self.unit(), ..Frame::default() };
         if is_named && known.is_none() {
@@ -161,7 +161,8 @@ impl<'a> Place<'a> {
 
     /// The names of some axes in lower case, their labels or those of their scales; empty where they have none.
     fn names(&self, axes: [usize; 3]) -> [String; 3] {
-        let labels = own(&self.found.dataset, "DIMENSION_LABELS").and_then(|labels| labels.read_strings().ok()).unwrap_or_default();
+        let labels =
+            attribute_of(&self.found.dataset, "DIMENSION_LABELS").and_then(|labels| labels.read_strings().ok()).unwrap_or_default();
         // Labels of openPMD are those of the mesh, in the order of its array, or reversed where that is Fortran's.
         let mesh = self.attribute(MESH_LABELS).and_then(|labels| labels.read_strings().ok()).unwrap_or_default();
         let is_fortran = self.is_fortran_mesh();
@@ -207,10 +208,10 @@ impl<'a> Place<'a> {
         let Some((names, low, mut high)) = named else { return Ok(None) };
         let [unit, other] = names.map(|name| self.text(&format!("{name}_units")).unwrap_or_default());
         if !other.is_empty() && other != unit {
-            let (Some(own), Some(size)) = (Length::unit_size(&unit), Length::unit_size(&other)) else {
+            let (Some(mesh_unit), Some(size)) = (Length::unit_size(&unit), Length::unit_size(&other)) else {
                 return Err(format!("corners are in \"{unit}\" and in \"{other}\", which cannot be converted"));
             };
-            high.iter_mut().for_each(|v| *v *= size / own);
+            high.iter_mut().for_each(|v| *v *= size / mesh_unit);
         }
         Ok(Some(self.in_code_length(unit, low, high)))
     }
@@ -230,8 +231,8 @@ impl<'a> Place<'a> {
     /// An attribute of the dataset, or of the innermost group around it that has it.
     fn attribute(&self, name: &str) -> Option<Attribute> {
         // Asking a group for one attribute reads all of them: one with a list that is too long is passed over.
-        let of = |group: &Group| small(group.raw_attributes(), None).then(|| group.attribute(name).ok()).flatten();
-        own(&self.found.dataset, name).or_else(|| self.found.groups.iter().rev().find_map(of))
+        let attribute = |group: &Group| small(group.raw_attributes(), None).then(|| group.attribute(name).ok()).flatten();
+        attribute_of(&self.found.dataset, name).or_else(|| self.found.groups.iter().rev().find_map(attribute))
     }
 
     fn numbers(&self, name: &str) -> Option<Vec<f64>> {
@@ -264,7 +265,7 @@ fn order_of(names: &[String; 3]) -> Option<&'static str> {
         order.and_then(|order| AXIS_ORDERS.into_iter().find(|known| *known == order))
     };
     let spatial = |c: Option<char>| c.filter(|c| "xyz".contains(*c));
-    let index = |name: &str| Some(['x', 'y', 'z'][["i", "j", "k"].iter().position(|own| *own == name)?]);
+    let index = |name: &str| Some(['x', 'y', 'z'][["i", "j", "k"].iter().position(|known| *known == name)?]);
     let numbered = |name: &str| Some(['x', 'y', 'z'][["1", "2", "3"].iter().position(|digit| name.ends_with(digit))?]);
     by(&|name| spatial(name.chars().next()))
         .or_else(|| by(&|name| spatial(name.chars().last())))
@@ -273,7 +274,7 @@ fn order_of(names: &[String; 3]) -> Option<&'static str> {
 }
 
 /// An attribute of a dataset, where it is no longer than those that are read here.
-fn own(dataset: &Dataset, name: &str) -> Option<Attribute> {
+fn attribute_of(dataset: &Dataset, name: &str) -> Option<Attribute> {
     small(dataset.raw_attributes(), Some(name)).then(|| dataset.attribute(name).ok()).flatten()
 }
 
@@ -283,12 +284,12 @@ fn small(attributes: hdf5_reader::error::Result<Vec<RawAttribute>>, name: Option
         let is_list = matches!(attribute.message().datatype, Datatype::VarLen { .. } | Datatype::String { .. });
         !is_list || attribute.message().dataspace.num_elements().is_ok_and(|count| count <= MOST)
     };
-    attributes.is_ok_and(|all| all.iter().filter(|own| name.is_none_or(|name| own.name() == name)).all(few))
+    attributes.is_ok_and(|all| all.iter().filter(|attribute| name.is_none_or(|name| attribute.name() == name)).all(few))
 }
 
 /// The unit that a dataset says.
 fn unit_of(dataset: &Dataset) -> Option<String> {
-    UNITS.iter().find_map(|name| text(&own(dataset, name)?))
+    UNITS.iter().find_map(|name| text(&attribute_of(dataset, name)?))
 }
 
 /// A text that is not empty.
@@ -302,8 +303,8 @@ fn text(attribute: &Attribute) -> Option<String> {
 fn scales(found: &Found) -> Vec<Option<Dataset>> {
     const ADDRESS: usize = 8;
     let dataset = &found.dataset;
-    let Some(list) = own(dataset, "DIMENSION_LIST") else { return Vec::new() };
-    let of = |entry: &[u8]| {
+    let Some(list) = attribute_of(dataset, "DIMENSION_LIST") else { return Vec::new() };
+    let reference = |entry: &[u8]| {
         let addresses = dataset.resolve_vlen_reference_bytes(entry, ADDRESS).ok()?;
         let address = u64::from_le_bytes(*addresses.first_chunk::<ADDRESS>()?);
         // One dataset that cannot be opened does not hide the others.
@@ -312,5 +313,5 @@ fn scales(found: &Found) -> Vec<Option<Dataset>> {
         };
         found.groups.iter().rev().find_map(|group| opened(group).into_iter().find(|scale| scale.address() == address))
     };
-    list.raw_data.chunks_exact(dataset.vlen_reference_size()).take(dataset.ndim()).map(of).collect()
+    list.raw_data.chunks_exact(dataset.vlen_reference_size()).take(dataset.ndim()).map(reference).collect()
 }

@@ -74,7 +74,7 @@ pub fn members(request: &mut Request) -> Result<Vec<Member>> {
     let path = request.path;
     let file = opened(request)?;
     let Listing { found: all, unreadable } = datasets(&file).map_err(|reason| Error::file(path, reason))?;
-    let of = |found: &Found| {
+    let dataset = |found: &Found| {
         let dataset = &found.dataset;
         let kind =
             stored(dataset).map_or_else(|_| format!("{}, which are unsupported", name_of(dataset.dtype())), |stored| stored.to_string());
@@ -94,7 +94,7 @@ pub fn members(request: &mut Request) -> Result<Vec<Member>> {
         Member { name: found.path.clone(), facts }
     };
     let unread = unreadable.into_iter().map(|(name, reason)| Member { name, facts: vec![("unreadable", reason)] });
-    let mut members: Vec<Member> = all.iter().map(of).chain(unread).collect();
+    let mut members: Vec<Member> = all.iter().map(dataset).chain(unread).collect();
     members.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(members)
 }
@@ -167,7 +167,7 @@ fn unreadable(error: &hdf5_reader::error::Error) -> String {
 fn cause(error: &hdf5_reader::error::Error) -> &hdf5_reader::error::Error {
     match error {
         hdf5_reader::error::Error::Context { source, .. } => cause(source),
-        own => own,
+        other => other,
     }
 }
 
@@ -250,11 +250,11 @@ fn only(file: &Hdf5File) -> std::result::Result<Found, String> {
 }
 
 fn listed(all: &[Found]) -> String {
-    let of = |found: &Found| {
+    let dataset = |found: &Found| {
         let why = stored(&found.dataset).err().map_or_else(String::new, |why| format!(", {why}"));
         format!("\"{}\" ({}{why})", found.path, edges(found.dataset.shape()))
     };
-    let names: Vec<String> = all.iter().map(of).collect();
+    let names: Vec<String> = all.iter().map(dataset).collect();
     if names.is_empty() { "none".into() } else { few(&names) }
 }
 
@@ -281,7 +281,7 @@ fn stored(dataset: &Dataset) -> std::result::Result<Stored, String> {
         Number::Float(size) => (ieee_754(size).to_vec(), "floats other than IEEE 754"),
         _ => (vec![0, 0, bits, 0], "integers with padding bits"),
     };
-    if message.get(LAYOUT..).is_none_or(|own| !own.starts_with(&expected)) {
+    if message.get(LAYOUT..).is_none_or(|found| !found.starts_with(&expected)) {
         return Err(format!("has {others} ({} bytes), which are unsupported; write floats of 4 or 8 bytes", stored.size()));
     }
     Ok(stored)

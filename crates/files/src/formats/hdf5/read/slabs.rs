@@ -84,11 +84,11 @@ impl<'a> Slabs<'a> {
     }
 
     fn read<T: Kept>(&self, block: &Block) -> Result<Vec<T>, String> {
-        let of = |axis: usize| match self.axes.iter().position(|own| *own == axis) {
+        let role = |axis: usize| match self.axes.iter().position(|known| *known == axis) {
             Some(i) => SliceInfoElem::Slice { start: block[i].start as u64, end: block[i].end as u64, step: 1 },
             None => SliceInfoElem::Index(0),
         };
-        let selections = (0..self.dataset.ndim()).map(of).collect();
+        let selections = (0..self.dataset.ndim()).map(role).collect();
         let read = self.dataset.read_slice::<Value<T>>(&SliceInfo { selections });
         Ok(read.map_err(|e| e.to_string())?.into_raw_vec_and_offset().0.into_iter().map(|v| self.packing.value(v.0)).collect())
     }

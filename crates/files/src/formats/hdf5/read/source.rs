@@ -35,11 +35,11 @@ impl Storage for Source {
             );
             return Err(Error::new(ErrorKind::UnexpectedEof, message).into());
         }
-        let mut own = vec![0; length];
+        let mut data = vec![0; length];
         // What a thread that panicked left behind is only a place in the file, which is set anew.
         let mut bytes = self.bytes.lock().unwrap_or_else(PoisonError::into_inner);
         bytes.seek(SeekFrom::Start(offset))?;
-        bytes.read_exact(&mut own)?;
-        Ok(StorageBuffer::from_vec(own))
+        bytes.read_exact(&mut data)?;
+        Ok(StorageBuffer::from_vec(data))
     }
 }

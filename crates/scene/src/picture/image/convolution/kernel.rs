@@ -113,7 +113,7 @@ impl Kernel {
         let fine: Vec<Vec2> = (0..CORE_PLACES.pow(2))
             .map(|i| (Vec2::new((i % CORE_PLACES) as f32, (i / CORE_PLACES) as f32) + 0.5) / CORE_PLACES as f32 - 0.5)
             .collect();
-        let own: [Vec2; WAVELENGTHS] = std::array::from_fn(|i| Vec2::new(radical_inverse(i, 2), radical_inverse(i, 3)) - 0.5);
+        let points: [Vec2; WAVELENGTHS] = std::array::from_fn(|i| Vec2::new(radical_inverse(i, 2), radical_inverse(i, 3)) - 0.5);
         let edge = 2 * reach + 1;
         let mut values = vec![0.0; edge * edge];
         let (upper, _) = values.split_at_mut((reach + 1) * edge);
@@ -124,7 +124,7 @@ impl Kernel {
                 let x = f32x8::from(std::array::from_fn(|lane| (first + lane as i32) as f32));
                 let in_core = y.abs() <= CORE && first <= CORE && first + 7 >= -CORE;
                 let sum =
-                    (0..WAVELENGTHS).fold(f32x8::ZERO, |sum, i| sum + value(x, y as f32, i, if in_core { &fine } else { &own[i..=i] }));
+                    (0..WAVELENGTHS).fold(f32x8::ZERO, |sum, i| sum + value(x, y as f32, i, if in_core { &fine } else { &points[i..=i] }));
                 out.iter_mut().zip(sum.to_array()).for_each(|(out, value)| *out = share * f64::from(value) / WAVELENGTHS as f64);
             }
         });

@@ -197,7 +197,7 @@ impl Sphere {
         };
         let least = along_columns(&along_rows(plane, f64::min), f64::min);
         let ground = along_columns(&along_rows(&least, f64::max), f64::max);
-        plane.iter().zip(ground).map(|(own, ground)| own - ground).collect()
+        plane.iter().zip(ground).map(|(value, ground)| value - ground).collect()
     }
 
     /// Adds the light of points to the planes out of which they were taken.
@@ -216,7 +216,7 @@ impl Sphere {
             .collect();
         for (row, lit) in lit.into_iter().enumerate() {
             for (plane, lit) in planes.iter_mut().zip(lit) {
-                plane[row * TILE * self.width..].iter_mut().zip(lit).for_each(|(own, lit)| *own += lit);
+                plane[row * TILE * self.width..].iter_mut().zip(lit).for_each(|(value, lit)| *value += lit);
             }
         }
     }

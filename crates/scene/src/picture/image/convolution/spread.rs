@@ -46,20 +46,20 @@ impl Spread {
         // The even picture is the imaginary part, which a real kernel keeps apart.
         let spread = self.convolved(values, stride, |value| Complex::new(value / level, 1.0));
         let rows = values.par_chunks_mut(stride).take(self.height).zip(spread.par_chunks(self.dims[0]));
-        rows.for_each(|(row, spread)| row[..self.width].iter_mut().zip(spread).for_each(|(v, of)| *v = level * of.re / of.im));
+        rows.for_each(|(row, spread)| row[..self.width].iter_mut().zip(spread).for_each(|(v, spread)| *v = level * spread.re / spread.im));
     }
 
     /// Spreads the light of a picture beyond whose edges there is none.
     pub(crate) fn within(&self, values: &mut [f64]) {
         let spread = self.convolved(values, self.width, |value| Complex::new(value, 0.0));
         let rows = values.par_chunks_mut(self.width).zip(spread.par_chunks(self.dims[0]));
-        rows.for_each(|(row, spread)| row.iter_mut().zip(spread).for_each(|(v, of)| *v = of.re));
+        rows.for_each(|(row, spread)| row.iter_mut().zip(spread).for_each(|(v, spread)| *v = spread.re));
     }
 
     fn convolved(&self, values: &[f64], stride: usize, value: impl Fn(f64) -> Complex<f64> + Sync) -> Vec<Complex<f64>> {
         let mut data = vec![Complex::default(); self.factors.len()];
         let rows = data.par_chunks_mut(self.dims[0]).zip(values.par_chunks(stride).take(self.height));
-        rows.for_each(|(out, row)| out.iter_mut().zip(&row[..self.width]).for_each(|(out, own)| *out = value(*own)));
+        rows.for_each(|(out, row)| out.iter_mut().zip(&row[..self.width]).for_each(|(out, sample)| *out = value(*sample)));
         transform(&mut data, self.dims, true);
         data.par_iter_mut().zip(&self.factors).for_each(|(v, factor)| *v *= factor);
         transform(&mut data, self.dims, false);

@@ -82,8 +82,8 @@ struct Opener {
 
 impl Opener {
     /// The back end that is kept, or one that is opened now.
-    fn kept<'a>(&self, kept: &'a mut Option<Box<dyn Backend>>, scene: &Scene) -> Result<&'a mut dyn Backend> {
-        let backend = match (kept.take(), &self.gpu) {
+    fn backend_in<'a>(&self, slot: &'a mut Option<Box<dyn Backend>>, scene: &Scene) -> Result<&'a mut dyn Backend> {
+        let backend = match (slot.take(), &self.gpu) {
             (Some(backend), _) => backend,
             (None, None) => (self.backend.open)(scene)?,
             (None, Some(gpu)) => {
@@ -92,7 +92,7 @@ impl Opener {
                 Box::new(Auto::on(OnDevice::new(gpu.clone(), Tuning::default()).reopened_by(gone)))
             }
         };
-        Ok(&mut **kept.insert(backend))
+        Ok(&mut **slot.insert(backend))
     }
 }
 
@@ -135,8 +135,8 @@ impl Studio {
     /// If a scene cannot be planned, and if `control` stops what is finer than a first look.
     pub fn serve(&mut self, order: &Order, control: &Control, show: &mut dyn FnMut(Refinement, Vec<Picture>)) -> Result<()> {
         let show = &mut |quality, mut pictures: Vec<Picture>| {
-            if let ([own, other], true) = (&mut pictures[..], order.difference) {
-                other.colours = Arc::new(own.difference(other));
+            if let ([ours, other], true) = (&mut pictures[..], order.difference) {
+                other.colours = Arc::new(ours.difference(other));
             }
             show(quality, pictures);
         };
@@ -174,12 +174,12 @@ impl Studio {
                 let picture = match pictures.first().filter(|_| view.recorded) {
                     None => self.settled(i, view, order, control)?,
                     // What cannot be recorded is shown as it is.
-                    Some(own) => match own.recorded(&view.scene, None, control) {
+                    Some(record) => match record.recorded(&view.scene, None, control) {
                         Ok(recorded) => recorded,
                         Err(Error::Interrupted) => return Err(Error::Interrupted),
                         Err(error) => {
                             failure = Some(error);
-                            own.clone()
+                            record.clone()
                         }
                     },
                 };
@@ -205,7 +205,7 @@ impl Studio {
                     Some(picture) => picture,
                     None => return Ok(None),
                 },
-                Some(own) => own.clone(),
+                Some(record) => record.clone(),
             };
             self.stands[i].keep(view, &order.camera, Refinement::Exposed, &picture);
             pictures.push(picture);
@@ -268,12 +268,12 @@ impl Studio {
         let (mut first, closing): (Option<Picture>, _) = (None, self.closing.clone());
         let coloured = |(stand, view): (&mut Stand, &View)| {
             let last = stand.last.as_mut()?;
-            if let (true, Some(own)) = (view.recorded, &first) {
+            if let (true, Some(record)) = (view.recorded, &first) {
                 // Noise of other exposures is drawn in no time, and while they are chosen.
                 let picture = if quality == Refinement::Settled {
-                    own.recorded(&view.scene, Some(&last.picture), &closing).ok()?
+                    record.recorded(&view.scene, Some(&last.picture), &closing).ok()?
                 } else {
-                    own.clone()
+                    record.clone()
                 };
                 last.picture = picture.clone();
                 return Some(picture);
@@ -300,10 +300,10 @@ impl Studio {
         for (i, view) in order.views.iter().enumerate() {
             let picture = match pictures.first().filter(|_| view.recorded) {
                 None => self.preview(i, view, order, scale, control)?,
-                Some(own) => {
-                    let own = own.clone();
-                    self.stands[i].keep(view, &order.camera, stage(scale), &own);
-                    own
+                Some(picture) => {
+                    let picture_now = picture.clone();
+                    self.stands[i].keep(view, &order.camera, stage(scale), &picture_now);
+                    picture_now
                 }
             };
             pictures.push(picture);
@@ -319,7 +319,7 @@ impl Studio {
         let start = Instant::now();
         let plan = stand.previewed(view, &scene, &options, control)?.clone();
         let planned = start.elapsed().as_secs_f64();
-        let backend = self.opener.kept(&mut stand.quick, &scene)?;
+        let backend = self.opener.backend_in(&mut stand.quick, &scene)?;
         let Rendered { light, seconds, by } = rendered(backend, &Job::from(&plan), control)?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
         let image = backend::described(&scene, &plan, light.samples)?;
@@ -344,7 +344,7 @@ impl Studio {
         stand.settled = Some(plan.clone()).filter(|plan| plan.bytes() < order.memory_limit / KEPT);
         let planned = start.elapsed().as_secs_f64();
         let job = Job::from(&plan);
-        let backend = self.opener.kept(&mut stand.slow, &scene)?;
+        let backend = self.opener.backend_in(&mut stand.slow, &scene)?;
         let Rendered { light, seconds, by } = rendered(backend, &job, control)?;
         let start = Instant::now();
         let image = Renderer::new(backend).finish(&job, light, control)?;
@@ -415,190 +415,4 @@ fn rendered(backend: &mut dyn Backend, job: &Job, control: &Control) -> Result<R
 }
 
 #[cfg(test)]
-mod tests {
-    use barnard::backend::{Renderer, cpu};
-
-    use super::*;
-    use crate::document::Document;
-    use crate::edit::Edit;
-    use crate::flight::Flight;
-
-    fn order(document: &Document, size: (usize, usize), moving: bool) -> Order {
-        let view = View::of(document);
-        Order {
-            views: vec![view],
-            camera: Flight::of(document.scene()).seen(size),
-            moving,
-            difference: false,
-            exposure: 0,
-            memory_limit: 1 << 32,
-        }
-    }
-
-    fn served(studio: &mut Studio, order: &Order) -> Vec<(Refinement, Picture)> {
-        let mut shown = Vec::new();
-        studio
-            .serve(order, &Control::default(), &mut |quality, pictures| shown.extend(pictures.into_iter().map(|p| (quality, p))))
-            .unwrap();
-        shown
-    }
-
-    /// The settled picture is that of `barnard render`, pixel by pixel; the quick ones on the way look like it.
-    #[test]
-    fn pictures_settle_to_what_is_rendered() {
-        let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-        let order = order(&document, (60, 40), false);
-        let shown = served(&mut Studio::new(cpu::ENTRY, Control::default()), &order);
-        let (quality, last) = shown.last().unwrap();
-        assert_eq!(*quality, Refinement::Settled);
-        let scene = seen(document.scene(), &order.camera);
-        let plan = Planner::new(&Options::within(1 << 32)).plan(scene.clone(), None, &Control::default()).unwrap();
-        let rendered = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
-        assert!(*last.image == rendered);
-        let (_, full) = shown.iter().rev().find(|(q, _)| *q == Refinement::Full).unwrap();
-        for band in 0..3 {
-            let difference = full.image.relative_rmse(band, &rendered, band);
-            assert!((1e-6..0.15).contains(&difference), "band {band}: {difference}");
-        }
-    }
-
-    /// Another stretch colours the picture anew, coarse as it is, and marches nothing; another temperature marches, and
-    /// keeps what places decided.
-    #[test]
-    fn what_has_not_changed_stays() {
-        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-        let mut studio = Studio::new(cpu::ENTRY, Control::default());
-        let first = served(&mut studio, &order(&document, (40, 30), true));
-        document.apply(Edit::set("display", "stretch", "linear")).unwrap();
-        let shown = served(&mut studio, &order(&document, (40, 30), true));
-        assert!(shown.len() == 1 && Arc::ptr_eq(&shown[0].1.image, &first.last().unwrap().1.image));
-        assert!(shown[0].1.colours != first.last().unwrap().1.colours);
-        document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
-        let hotter = served(&mut studio, &order(&document, (40, 30), true));
-        assert!(Arc::ptr_eq(hotter[0].1.plan.space(), first[0].1.plan.space()) && hotter[0].1.image != first[0].1.image);
-    }
-
-    /// While a spectrum or the amount of dust changes, the picture is that of `barnard render` at once, all pixels and stars of it; beyond
-    /// what plates reach it is a preview again.
-    #[test]
-    fn spectra_change_settled_pictures() {
-        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-        let mut studio = Studio::new(cpu::ENTRY, Control::default());
-        served(&mut studio, &order(&document, (40, 30), false));
-        for (section, key, value) in [
-            ("star.0", "temperature", "4000 K"),
-            ("star.0", "temperature", "25000 K"),
-            ("dust", "scale", "2.2 /pc"),
-            ("dust", "scale", "7.5 /pc"),
-        ] {
-            document.apply(Edit::set(section, key, value)).unwrap();
-            let order = order(&document, (40, 30), true);
-            let shown = served(&mut studio, &order);
-            let [(Refinement::Exposed, picture)] = &shown[..] else { panic!("{}", shown.len()) };
-            let scene = seen(document.scene(), &order.camera);
-            let plan = Planner::new(&Options::within(1 << 32)).plan(scene.clone(), None, &Control::default()).unwrap();
-            let rendered = Renderer::new(&mut cpu::Cpu).render(&plan, &Control::default()).unwrap().0;
-            for band in 0..3 {
-                let difference = picture.image.relative_rmse(band, &rendered, band);
-                assert!((1e-9..2e-3).contains(&difference), "band {band}: {difference}");
-            }
-        }
-        let last = served(&mut studio, &order(&document, (40, 30), false)).pop().unwrap();
-        assert!(last.0 == Refinement::Settled);
-        document.apply(Edit::set("dust", "scale", "40 /pc")).unwrap();
-        let shown = served(&mut studio, &order(&document, (40, 30), true));
-        assert!(shown.iter().all(|(quality, _)| *quality < Refinement::Exposed));
-        document.apply(Edit::set("dust", "scale", "4 /pc").and(Edit::set("method", "bounces", 3))).unwrap();
-        served(&mut studio, &order(&document, (40, 30), false));
-        document.apply(Edit::set("star.0", "temperature", "12000 K")).unwrap();
-        let shown = served(&mut studio, &order(&document, (40, 30), true));
-        assert!(shown.len() == 1 && shown[0].0 == Refinement::Exposed);
-    }
-
-    /// Recorded data accompany their picture; another exposure records it anew, and marches nothing.
-    #[test]
-    fn pictures_are_recorded() {
-        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-        let mut studio = Studio::new(cpu::ENTRY, Control::default());
-        document
-            .apply(Edit::set("instrument", "preset", "lco-1m-sinistro").and(Edit::set("instrument", "mosaic", toml_edit::Array::new())))
-            .unwrap();
-        let recorded = |document: &Document| {
-            let own = View::of(document);
-            Order { views: vec![own.clone(), View { recorded: true, ..own }], ..order(document, (40, 30), false) }
-        };
-        let mut last = |document: &Document| {
-            let shown = served(&mut studio, &recorded(document));
-            let mut settled = shown.into_iter().filter(|(quality, _)| *quality == Refinement::Settled).map(|(_, picture)| picture);
-            let pair = (settled.next().unwrap(), settled.next().unwrap());
-            assert!(settled.next().is_none());
-            pair
-        };
-        let (own, seen) = last(&document);
-        assert!(seen.image.width <= own.image.width && seen.recorded_words().contains("pixels summed"), "{}", seen.recorded_words());
-        // Noise: of a picture, what differs between a pixel and its neighbours beyond what differs there in a thousand times as long.
-        let rough = |picture: &Picture| {
-            let width = picture.image.width;
-            let row: Vec<f64> = (0..width).map(|x| picture.image.at(1, picture.image.height / 2, x)).collect();
-            row.windows(3).map(|v| (v[0] - 2.0 * v[1] + v[2]).powi(2)).sum::<f64>().sqrt()
-        };
-        document.apply(Edit::set("instrument", "exposure", "1e-7 s")).unwrap();
-        let (again, short) = last(&document);
-        assert!(Arc::ptr_eq(&own.image, &again.image) && rough(&short) > 10.0 * rough(&seen), "{} {}", rough(&short), rough(&seen));
-        // Other colours leave the noise as it is.
-        document.apply(Edit::set("display", "stretch", "linear")).unwrap();
-        let (_, linear) = last(&document);
-        assert!(Arc::ptr_eq(&linear.image, &short.image) && linear.colours != short.colours);
-        document.apply(Edit::set("camera", "kind", "fisheye").and(Edit::remove("camera", "field_of_view"))).unwrap();
-        let mut shown = Vec::new();
-        let failed =
-            studio.serve(&recorded(&document), &Control::default(), &mut |quality, pictures| shown.push((quality, pictures.len())));
-        assert!(failed.unwrap_err().to_string().contains("perspective") && shown.last() == Some(&(Refinement::Settled, 2)));
-    }
-
-    /// A device of software or a real one, and how to take it away.
-    fn device() -> (Gpu, eframe::wgpu::Device) {
-        use eframe::wgpu;
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let opened = pollster::block_on(async {
-            let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await.ok()?;
-            let (device, queue) = adapter.request_device(&barnard_gpu::device_descriptor(&adapter)).await.ok()?;
-            Some((Gpu::shared(&adapter, device.clone(), queue)?, device))
-        });
-        opened.expect("this test needs a graphics adapter; software Vulkan (mesa-vulkan-drivers) is one")
-    }
-
-    /// The picture of a device is that of the processor to the accuracy that both are planned for. When a device is
-    /// lost, the user is told and the processor goes on.
-    #[test]
-    #[ignore = "needs a graphics adapter: --include-ignored"]
-    fn devices_make_the_same_pictures() {
-        let (gpu, device) = device();
-        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-        let last = |studio: &mut Studio, document: &Document| served(studio, &order(document, (48, 32), false)).pop().unwrap().1;
-        let mut studio = Studio::new(cpu::ENTRY, Control::default());
-        studio.take(&gpu);
-        let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(cpu::ENTRY, Control::default()), &document));
-        assert!(on_device.backend.starts_with("gpu: ") && on_processor.backend == "cpu", "{}", on_device.backend);
-        for band in 0..3 {
-            let difference = on_device.image.relative_rmse(band, &on_processor.image, band);
-            assert!((1e-9..1e-3).contains(&difference), "band {band}: {difference}");
-        }
-        device.destroy();
-        document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
-        let after = last(&mut studio, &document);
-        assert!(after.backend.starts_with("cpu, since "), "{}", after.backend);
-        assert!(after.image.samples == last(&mut Studio::new(cpu::ENTRY, Control::default()), &document).image.samples);
-    }
-
-    /// A worker that is closed gives up its first look as well.
-    #[test]
-    fn closing_stops_a_first_look() {
-        let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-        let closing = Control::default();
-        closing.interrupt();
-        let mut studio = Studio::new(cpu::ENTRY, closing);
-        let served = studio.serve(&order(&document, (48, 32), true), &Control::default(), &mut |_, _| panic!("a picture"));
-        assert!(matches!(served, Err(Error::Interrupted)));
-    }
-}
+mod tests;

@@ -28,7 +28,7 @@ pub struct Source {
 
 /// The flux of the gas's own light over the distance from the middle.
 #[derive(Debug, Clone, Default)]
-pub struct OwnLight {
+pub struct EmittedLight {
     /// The middles of shells \[cm\].
     radii_cm: Vec<f64>,
     /// By shell and node \[s⁻¹ cm⁻²\].
@@ -37,18 +37,18 @@ pub struct OwnLight {
     pub left: [f64; OWN_NODES],
 }
 
-impl OwnLight {
+impl EmittedLight {
     /// That of shells, given where they begin and the last of them ends \[cm\], and what each has by node.
     pub fn new(edges_cm: &[f64], sources: &[[Source; OWN_NODES]]) -> Self {
         let radii_cm: Vec<f64> = edges_cm.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
-        let mut own = Self { radii_cm, flux: vec![[0.0; OWN_NODES]; sources.len()], left: [0.0; OWN_NODES] };
+        let mut light = Self { radii_cm, flux: vec![[0.0; OWN_NODES]; sources.len()], left: [0.0; OWN_NODES] };
         for node in 0..OWN_NODES {
-            let of: Vec<Source> = sources.iter().map(|shell| shell[node]).collect();
-            let (flux, left) = flux(edges_cm, &of);
-            own.flux.iter_mut().zip(flux).for_each(|(to, value)| to[node] = value);
-            own.left[node] = left;
+            let shells: Vec<Source> = sources.iter().map(|shell| shell[node]).collect();
+            let (flux, left) = flux(edges_cm, &shells);
+            light.flux.iter_mut().zip(flux).for_each(|(to, value)| to[node] = value);
+            light.left[node] = left;
         }
-        own
+        light
     }
 
     /// The flux of each node at a distance from the middle \[cm\]: linear between the middles of shells.

@@ -15,14 +15,17 @@
 //! would come in from beyond the edge is taken to be like what is within: the convolution is divided by that of an even picture.
 //! In pictures of all around, points are spread on the sphere (`convolution::sphere`): spikes cross seams and poles.
 
+mod kernels;
+
 use std::cell::OnceCell;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use fourier::Complex;
 
+use self::kernels::{KEPT_BYTES, LAST};
 use super::convolution::{Kernel, Sphere, Spread, reach};
 use super::optics::{OPTICS, OpticsRow};
-use super::{Band, Image, PixelScale, Samples};
+use super::{Image, PixelScale, Samples};
 use crate::error::{Error, Result};
 
 /// Glare of a picture.
@@ -50,11 +53,6 @@ impl Default for Glare {
         Self { optics: &OPTICS[0], size: 0.5, rotation: 0.0, seeing: 0.0, halo: 0.02 }
     }
 }
-
-/// Air that spreads light less is still \[pixels\].
-const STILL_AIR: f64 = 1e-3;
-/// The exponent of Moffat's profile.
-const BETA: f64 = 4.765;
 
 impl Glare {
     /// Refuses what no optics do.
@@ -97,7 +95,7 @@ impl Glare {
         if width > 0 && height > 0 {
             let haze = OnceCell::new();
             let kernels: Vec<Arc<Kernel>> =
-                image.radiances().map(|band| self.kept(&image.bands[band], width.max(height), &haze, &LAST)).collect();
+                image.radiances().map(|band| self.cached_kernel(&image.bands[band], width.max(height), &haze, &LAST)).collect();
             let sphere = Sphere::of(image);
             // Bright points are spread on the sphere, the rest of the picture flat.
             let mut points = Vec::new();
@@ -119,8 +117,8 @@ impl Glare {
                     } else {
                         let mut wide = continued(view, image.width, (width, height), margin);
                         spread.apply(&mut wide, width + 2 * margin);
-                        for (own, wide) in view.chunks_mut(image.width).zip(wide.chunks(width + 2 * margin)) {
-                            own[..width].copy_from_slice(&wide[margin..margin + width]);
+                        for (row, wide) in view.chunks_mut(image.width).zip(wide.chunks(width + 2 * margin)) {
+                            row[..width].copy_from_slice(&wide[margin..margin + width]);
                         }
                     }
                 }
@@ -141,46 +139,6 @@ impl Glare {
         }
         Image { samples: Samples::Double(samples), ..image.header() }
     }
-
-    /// Where the light of a point of a band goes, from a picture before where that asked for the same.
-    fn kept(&self, band: &Band, longer: usize, haze: &OnceCell<Haze>, last: &Kept) -> Arc<Kernel> {
-        let asked = Asked { glare: *self, longer, pivot_um: band.pivot_um, width_um: band.width_um };
-        let last = || last.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = last().iter().find(|(own, _)| *own == asked).map(|(_, kernel)| kernel.clone());
-        known.unwrap_or_else(|| {
-            let kernel = Arc::new(self.kernel(band, longer, haze.get_or_init(|| self.haze(longer))));
-            keep(&mut last(), (asked, kernel.clone()), KEPT_BYTES);
-            kernel
-        })
-    }
-
-    /// Band-independent part for a picture with the given longer edge.
-    fn haze(&self, longer: usize) -> Haze {
-        let (reach, pixels) = (reach(longer), longer as f64 / 1000.0);
-        let least = (self.size * pixels).max(1.0).powi(2);
-        let halo = (self.halo > 0.0).then(|| Kernel::round(reach, |square| 1.0 / (square + least)));
-        let width = 0.5 * self.seeing * pixels / (2f64.powf(1.0 / BETA) - 1.0).sqrt();
-        let air = (width > STILL_AIR).then(|| {
-            let moffat = Kernel::round(reach, |square| (1.0 + square / width.powi(2)).powf(-BETA));
-            Spread::new(&moffat, 2 * reach + 1, 2 * reach + 1)
-        });
-        Haze { halo, air }
-    }
-
-    /// Kernel of a point in a picture with the given longer edge.
-    fn kernel(&self, band: &Band, longer: usize, haze: &Haze) -> Kernel {
-        let mut kernel =
-            Kernel::of_optics(&(self.optics.pattern)(), self.rotation, band, reach(longer), self.size * longer as f64 / 1000.0);
-        if let Some(halo) = &haze.halo {
-            kernel.values.iter_mut().zip(&halo.values).for_each(|(own, halo)| *own += self.halo * (halo - *own));
-        }
-        if let Some(air) = &haze.air {
-            // Its own even picture is all of it: nothing comes in from beyond its edges.
-            air.within(&mut kernel.values);
-        }
-        kernel.fade();
-        kernel
-    }
 }
 
 /// The radiances of one of the eyes of a picture, band by band.
@@ -195,7 +153,7 @@ fn put_planes(samples: &mut [f64], image: &Image, eye: usize, planes: &[Vec<f64>
     let width = image.width / image.views.0.max(1);
     for (band, plane) in image.radiances().zip(planes) {
         let rows = samples[band * image.height * image.width..].chunks_mut(image.width);
-        rows.zip(plane.chunks(width)).for_each(|(row, own)| row[eye * width..][..width].copy_from_slice(own));
+        rows.zip(plane.chunks(width)).for_each(|(row, line)| row[eye * width..][..width].copy_from_slice(line));
     }
 }
 
@@ -222,47 +180,16 @@ fn cut(view: &mut [f64], stride: usize, (width, height): (usize, usize), (axis, 
     }
 }
 
-/// Parameters of a kernel.
-#[derive(PartialEq)]
-struct Asked {
-    glare: Glare,
-    longer: usize,
-    pivot_um: Option<f64>,
-    width_um: Option<f64>,
-}
-
-/// Kernels that are kept, and what each is of.
-type Kept = Mutex<Vec<(Asked, Arc<Kernel>)>>;
-
-/// Kernels of the last picture: each frame of a film, and each look at a picture in other colours, asks for the same. They take longer
-/// than the convolution.
-static LAST: Kept = Mutex::new(Vec::new());
-/// Bytes of them at most: four of the largest.
-const KEPT_BYTES: u64 = 640 << 20;
-
-/// Keeps a kernel, and of those before that are of the same picture as many as so many bytes hold.
-fn keep(last: &mut Vec<(Asked, Arc<Kernel>)>, one: (Asked, Arc<Kernel>), bytes: u64) {
-    last.retain(|(own, _)| own.glare == one.0.glare && own.longer == one.0.longer);
-    last.push(one);
-    while last.iter().map(|(_, kernel)| kernel.bytes()).sum::<u64>() > bytes {
-        last.remove(0);
-    }
-}
-
-/// Achromatic blur: halo and seeing.
-struct Haze {
-    halo: Option<Kernel>,
-    air: Option<Spread>,
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::Band;
+    use super::kernels::{Asked, Kept, keep};
     use super::*;
 
     /// A point at the edge of a sphere's picture shines on its other side as one in the middle does, and light of a dome stays in its circle.
     #[test]
     fn glares_know_seams_and_circles() {
-        let glare = of("hubble");
+        let glare = named("hubble");
         let (width, height) = (64, 32);
         let turned = |column: usize, pixel: Option<PixelScale>| {
             let image = Image { pixel, ..points(width, height, &[(column, 16, 1.0)]) };
@@ -293,7 +220,7 @@ mod tests {
         use crate::camera::panorama::Layout;
         use std::f64::consts::{FRAC_PI_2, PI};
         const LIGHT: f64 = 1e6;
-        let glare = Glare { size: 3.0, halo: 1.0, ..of("refractor") };
+        let glare = Glare { size: 3.0, halo: 1.0, ..named("refractor") };
         let dome = Layout::Dome { half_aperture: FRAC_PI_2, tilt: FRAC_PI_2 };
         let cases = [
             (Layout::Sphere, (128, 64), PixelScale::PlateCarree as fn(f64) -> PixelScale, vec![(64, 32), (1, 20), (90, 3)]),
@@ -359,7 +286,7 @@ mod tests {
         image
     }
 
-    fn of(name: &str) -> Glare {
+    fn named(name: &str) -> Glare {
         Glare { optics: OPTICS.iter().find(|row| row.name == name).unwrap(), halo: 0.0, ..Glare::default() }
     }
 
@@ -368,7 +295,7 @@ mod tests {
     fn a_lens_shows_airys_rings() {
         let image = points(1001, 1001, &[(500, 500, 1.0)]);
         // 10 pixels in λ/D.
-        let seen = Glare { size: 10.0 / 1.001, ..of("refractor") }.seen(&image, 1.0);
+        let seen = Glare { size: 10.0 / 1.001, ..named("refractor") }.seen(&image, 1.0);
         let along = |x: usize| seen.at(0, 500, 500 + x);
         let darkest = |from: usize, to: usize| (from..to).min_by(|a, b| along(*a).total_cmp(&along(*b))).unwrap();
         assert_eq!((darkest(8, 16), darkest(18, 26)), (12, 22));
@@ -384,7 +311,7 @@ mod tests {
     #[test]
     fn light_is_kept() {
         for row in OPTICS {
-            let glare = Glare { seeing: 3.0, halo: 0.1, size: 1.0, rotation: 0.3, ..of(row.name) };
+            let glare = Glare { seeing: 3.0, halo: 0.1, size: 1.0, rotation: 0.3, ..named(row.name) };
             let even = Image { samples: Samples::Double(vec![2.5; 120 * 80]), ..points(120, 80, &[]) };
             let seen = glare.seen(&even, 1.0);
             let worst = (0..9600).map(|i| (seen.samples.at(i) / 2.5 - 1.0).abs()).fold(0.0, f64::max);
@@ -400,7 +327,7 @@ mod tests {
     fn sharp_optics_leave_light_in_its_pixel() {
         let image = points(321, 321, &[(160, 160, 1.0)]);
         for size in [0.01, 0.05, 0.2, 1.2] {
-            let glare = Glare { size, ..of("refractor") };
+            let glare = Glare { size, ..named("refractor") };
             let seen = glare.kernel(&image.bands[0], 321, &glare.haze(321));
             let left = 1.0 - seen.values[160 * 321 + 160];
             let wanted = 0.182_44 / (0.5 / (size * 0.321));
@@ -413,7 +340,7 @@ mod tests {
     #[test]
     fn points_are_spread_one_by_one() {
         let at = [(3, 2, 1e6), (57, 35, 2.0), (30, 20, 5.0)];
-        let (image, glare) = (points(60, 40, &at), of("hubble"));
+        let (image, glare) = (points(60, 40, &at), named("hubble"));
         let kernel = glare.kernel(&image.bands[0], 60, &glare.haze(60));
         let (reach, edge) = (kernel.reach as i64, 2 * kernel.reach + 1);
         let around = |x: i64, y: i64| {
@@ -424,8 +351,8 @@ mod tests {
         for (x, y) in (0..40i64).flat_map(|y| (0..60i64).map(move |x| (x, y))) {
             let light: f64 = at.iter().map(|(px, py, light)| light * around(x - *px as i64, y - *py as i64)).sum();
             let even: f64 = (0..2400i64).map(|i| around(x - i % 60, y - i / 60)).sum();
-            let (own, wanted) = (seen.at(0, y as usize, x as usize), light / even);
-            assert!((own - wanted).abs() < 1e-9 * wanted + 1e-9, "{x} {y}: {own} {wanted}");
+            let (found, wanted) = (seen.at(0, y as usize, x as usize), light / even);
+            assert!((found - wanted).abs() < 1e-9 * wanted + 1e-9, "{x} {y}: {found} {wanted}");
         }
         let both = Image { views: (2, 1), ..points(120, 40, &at) };
         let parted = glare.seen(&both, 1.0);
@@ -437,17 +364,17 @@ mod tests {
     #[test]
     fn kernels_are_kept() {
         let image = points(90, 60, &[(30, 20, 5.0)]);
-        let (glare, band) = (Glare { size: 0.777, ..of("newtonian") }, &image.bands[0]);
+        let (glare, band) = (Glare { size: 0.777, ..named("newtonian") }, &image.bands[0]);
         let last = Kept::default();
-        let kept = |glare: &Glare, longer: usize, band: &Band| glare.kept(band, longer, &OnceCell::new(), &last);
-        let first = kept(&glare, 90, band);
+        let cached = |glare: &Glare, longer: usize, band: &Band| glare.cached_kernel(band, longer, &OnceCell::new(), &last);
+        let first = cached(&glare, 90, band);
         let red = Band { pivot_um: Some(0.8), ..band.clone() };
-        let other = kept(&glare, 90, &red);
+        let other = cached(&glare, 90, &red);
         assert!(!Arc::ptr_eq(&first, &other) && other.values != first.values);
-        assert!(Arc::ptr_eq(&first, &kept(&glare, 90, band)) && Arc::ptr_eq(&other, &kept(&glare, 90, &red)));
+        assert!(Arc::ptr_eq(&first, &cached(&glare, 90, band)) && Arc::ptr_eq(&other, &cached(&glare, 90, &red)));
         // Another picture takes their place.
         let turned = Glare { rotation: 0.1, ..glare };
-        assert!([kept(&turned, 90, band), kept(&glare, 91, band)].iter().all(|other| other.values != first.values));
+        assert!([cached(&turned, 90, band), cached(&glare, 91, band)].iter().all(|other| other.values != first.values));
         assert_eq!(last.lock().unwrap().len(), 1);
         // The last two are kept where there is room for two and a half.
         let (mut last, room) = (Vec::new(), 5 * first.bytes() / 2);
@@ -468,14 +395,14 @@ mod tests {
                 .sum()
         };
         let image = points(401, 401, &[(200, 200, 1.0)]);
-        let glare = Glare { size: 5.0, ..of("newtonian") };
+        let glare = Glare { size: 5.0, ..named("newtonian") };
         let (straight, turned) = (glare.seen(&image, 1.0), Glare { rotation: 30f64.to_radians(), ..glare }.seen(&image, 1.0));
         assert!(spoke(&straight, 0.0) > 5.0 * spoke(&straight, 30.0), "{} {}", spoke(&straight, 0.0), spoke(&straight, 30.0));
         assert!(spoke(&turned, 30.0) > 5.0 * spoke(&turned, 0.0) && spoke(&turned, 30.0) > 5.0 * spoke(&turned, 60.0));
         let within = |pivot: f64, radius: f64| -> f64 {
             let mut image = image.clone();
             image.bands[0].pivot_um = Some(pivot);
-            let seen = Glare { optics: of("refractor").optics, size: 10.0, ..glare }.seen(&image, 1.0);
+            let seen = Glare { optics: named("refractor").optics, size: 10.0, ..glare }.seen(&image, 1.0);
             let is_within = |i: &usize| ((i % 401) as f64 - 200.0).hypot((i / 401) as f64 - 200.0) < radius;
             (0..401 * 401).filter(is_within).map(|i| seen.samples.at(i)).sum()
         };
@@ -487,7 +414,7 @@ mod tests {
     #[test]
     fn it_fades() {
         let image = points(401, 401, &[(200, 200, 1.0)]);
-        let glare = Glare { halo: 1.0, ..of("hubble") };
+        let glare = Glare { halo: 1.0, ..named("hubble") };
         let kernel = glare.kernel(&image.bands[0], 401, &glare.haze(401));
         let left = |x: usize| kernel.values[200 * 401 + 200 + x] * (x * x + 1) as f64;
         let whole = left(20);
@@ -500,7 +427,7 @@ mod tests {
     #[test]
     fn seeing_has_its_width() {
         let image = points(401, 401, &[(200, 200, 1.0)]);
-        let seen = Glare { size: 0.1, seeing: 20.0 / 0.401, ..of("refractor") }.seen(&image, 1.0);
+        let seen = Glare { size: 0.1, seeing: 20.0 / 0.401, ..named("refractor") }.seen(&image, 1.0);
         let half = 0.5 * seen.at(0, 200, 200);
         assert!(seen.at(0, 200, 209) > half && seen.at(0, 200, 211) < half && seen.at(0, 190, 200) > 0.9 * half);
     }
