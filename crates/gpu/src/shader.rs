@@ -377,7 +377,7 @@ mod tests {
             "tests/ray_tracer.rs",
         ]
         .map(|f| std::fs::read_to_string(crate_folder.join(f)).unwrap());
-        let called = |name: &str| tests[0].contains(&format!("{name}("));
+        let called = |name: &str| tests[..3].iter().any(|twins| twins.contains(&format!("{name}(")));
         let is_compared = |name: &str| {
             let by_whole = PARTS.iter().any(|(part, whole)| *part == name && called(whole));
             let together = COMPARED_TOGETHER.iter().find(|(_, functions)| functions.contains(&name));
