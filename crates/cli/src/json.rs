@@ -1,8 +1,16 @@
-//! Property trees as JSON.
+//! Results as JSON on standard output.
+
+use std::io::Write;
 
 use barnard::image::Image;
 use barnard::properties::{Table, Value};
 use serde_json::{Map, json};
+
+/// Prints a result; a reader that closed the pipe stops nothing.
+pub fn print(result: &serde_json::Value) {
+    let mut out = std::io::stdout().lock();
+    let _ = serde_json::to_writer_pretty(&mut out, result).map(|()| writeln!(out));
+}
 
 /// A tree as JSON; quantities are texts with their unit.
 pub fn json_of(tree: &Table) -> serde_json::Value {

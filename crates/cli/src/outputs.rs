@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::bail;
 use barnard::camera::Camera;
@@ -17,7 +17,12 @@ const EYE: &str = "%V";
 const EYES: [&str; 2] = ["left", "right"];
 
 /// True if standard output is taken by an image or JSON, and words go to standard error.
-pub static STDOUT_IS_TAKEN: AtomicBool = AtomicBool::new(false);
+pub(crate) static STDOUT_IS_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// Leaves standard output to an image or JSON, if `taken`.
+pub fn take_stdout(taken: bool) {
+    STDOUT_IS_TAKEN.fetch_or(taken, Ordering::Relaxed);
+}
 
 /// The name behind a format that stands for the standard output, as in `png:-`.
 const STANDARD: &str = ":-";

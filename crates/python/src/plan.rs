@@ -62,7 +62,7 @@ pub fn plan(
         let mut options = Options::within(memory_limit);
         let quality = if preview { Quality::Preview } else { Quality::Full };
         if !preview && scene.0.method.bounces > 1 {
-            options.sweeper = open::with(backend, &scene.0, |backend| Ok(backend.device().and_then(|device| device.sweeper())))?;
+            options.sweeper = open::with(backend, &scene.0, |backend| Ok(backend.sweeper()))?;
         }
         let planner = Planner::new(&options).with_quality(quality);
         planner.plan(scene.0.scene.clone(), before.map(|plan| &plan.0), control).map(Plan)

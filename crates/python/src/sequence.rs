@@ -100,7 +100,7 @@ impl Sequence {
         let mut options = Options::within(memory_limit);
         let first = follower.scene(frames.time(number), control)?;
         if first.method.bounces > 1 {
-            options.sweeper = open::with(backend, &first, |backend| Ok(backend.device().and_then(|device| device.sweeper())))?;
+            options.sweeper = open::with(backend, &first, |backend| Ok(backend.sweeper()))?;
         }
         let settings = self.shared.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let shared = match settings {

@@ -167,7 +167,7 @@ impl Run<'_> {
     /// Light that is scattered more than once, by the processor and by what the back end has.
     fn bakes(&mut self, plan: &Planned, visit: &mut impl FnMut(Row)) -> Result<()> {
         let swept = plan.scattered_field().is_some() && plan.bounces() > 1;
-        for sweeper in [None].into_iter().chain(self.backend.device().and_then(|device| device.sweeper()).map(Some)).filter(|_| swept) {
+        for sweeper in [None].into_iter().chain(self.backend.sweeper().map(Some)).filter(|_| swept) {
             let mut on: Arc<str> = "".into();
             let options = self.bench.options.clone().with_sweeper(sweeper);
             let (seconds, device_seconds) = timed(self.bench.frames.min(BAKES), || {

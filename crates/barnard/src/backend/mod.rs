@@ -14,6 +14,8 @@ pub mod reference;
 mod renderer;
 mod seen_detail;
 
+use std::sync::Arc;
+
 use spectra::SpectraError;
 
 pub use describe::{describe, left_out};
@@ -28,6 +30,7 @@ pub use crate::stats::RenderStats;
 use crate::control::Control;
 use crate::error::Result;
 use crate::image::{Report, Samples};
+use crate::plan::ordinates::Sweeper;
 use crate::scene::Scene;
 
 /// Light that a back end found, without the stars that are seen as points.
@@ -123,6 +126,11 @@ pub trait Backend: Send {
     /// The graphics device that it renders on.
     fn device(&mut self) -> Option<&mut dyn Device> {
         None
+    }
+
+    /// A faster device for multiple scattering than the processor, where there is one.
+    fn sweeper(&mut self) -> Option<Arc<dyn Sweeper>> {
+        self.device()?.sweeper()
     }
 }
 

@@ -30,38 +30,18 @@ impl<'a> Renderer<'a> {
     pub fn render<'j>(&mut self, job: impl Into<Job<'j>>, control: &Control) -> Result<(Image, RenderStats)> {
         let job = job.into();
         let camera = &job.scene().camera;
-        let (Some(stereo), Some([left, right])) = (camera.stereo, camera.eyes()) else { return self.of_one_eye(&job, control) };
-        let mut of_eye = |eye, control: &Control| self.of_one_eye(&job.seen_by(eye, control)?, control);
+        let (Some(stereo), Some([left, right])) = (camera.stereo, camera.eyes()) else { return layered(self, &job, control) };
+        let mut of_eye = |eye, control: &Control| layered(self, &job.seen_by(eye, control)?, control);
         let (left, stats) = of_eye(left, &control.part(0.0, 0.5))?;
         let (right, more) = of_eye(right, &control.part(0.5, 1.0))?;
         Ok((joined(stereo.arrangement, left, &right)?, stats.and(more)))
     }
 
-    /// The image of one eye with its layers.
-    fn of_one_eye(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
-        if job.scene().output.layers.is_any() {
-            return layered(self, job, control);
-        }
-        self.whole(job, control)
-    }
-
     /// The image of one eye without layers.
     fn whole(&mut self, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
-        let radiance = self.radiance(job, control)?;
+        let radiance = self.backend.radiance(job, control)?;
         let stats = radiance.stats;
         Ok((self.finish(job, radiance, control)?, stats))
-    }
-
-    fn input(&self) -> Input {
-        self.backend.input()
-    }
-
-    /// The extended light of a job, without stars.
-    ///
-    /// # Errors
-    /// Errors of the back end.
-    pub fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance> {
-        self.backend.radiance(job, control)
     }
 
     /// The image of a job's light: with stars drawn, errors and origin stated.
@@ -69,7 +49,7 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// Radiances that are not finite, a star field with too many stars, and interruption by the user.
     pub fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
-        match self.input() {
+        match self.backend.input() {
             Input::Plan => finished(job.scene(), job.plan(control)?, radiance, &self.backend.name(), control),
             Input::Scene { accuracy } => drawn_exactly(job.scene(), accuracy, radiance, &self.backend.name(), control),
         }
@@ -80,7 +60,8 @@ impl<'a> Renderer<'a> {
 fn layered(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
     let choice = job.scene().output.layers;
     // Light takes most of the time.
-    let (of_light, of_distances) = (control.part(0.0, 0.8), control.part(0.8, 1.0));
+    let share = if choice.depth || choice.tau { 0.8 } else { 1.0 };
+    let (of_light, of_distances) = (control.part(0.0, share), control.part(share, 1.0));
     let (mut image, stats) = if choice.light { in_parts(renderer, job, &of_light)? } else { renderer.whole(job, &of_light)? };
     if choice.depth || choice.tau {
         let cpu::Distances { depth, tau } = cpu::distances(job.plan(control)?, &of_distances)?;
@@ -101,11 +82,11 @@ fn in_parts(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Im
     for (i, part) in extended.iter().enumerate() {
         let share = |i: usize| i as f64 / extended.len() as f64;
         let control = control.part(share(i), share(i + 1));
-        let of_part = match renderer.input() {
+        let of_part = match renderer.backend.input() {
             Input::Plan => job.by_plan(job.plan(&control)?.only(|other| other == *part)),
             Input::Scene { .. } => Job::new(part.alone(scene)?, job.options())?,
         };
-        let part_radiance = renderer.radiance(&of_part, &control)?;
+        let part_radiance = renderer.backend.radiance(&of_part, &control)?;
         layers.push(Layer { name: name(*part, scene, &layers), content: LayerContent::Light, samples: part_radiance.samples.clone() });
         match &mut sum {
             Some(sum) => {
@@ -118,7 +99,7 @@ fn in_parts(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Im
     let radiance = match sum {
         Some(sum) => sum,
         // Nothing but points.
-        None => renderer.radiance(job, control)?,
+        None => renderer.backend.radiance(job, control)?,
     };
     let stats = radiance.stats;
     if parts.contains(&Part::Stars) {

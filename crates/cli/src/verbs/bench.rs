@@ -55,7 +55,7 @@ impl Bench {
             let mut list = Vec::new();
             let key = format!("{}_seconds", device.to_lowercase());
             table(backend, scene, &bench, &control, |row| list.push(json(&row, &key)))?;
-            say!("{}", serde_json::to_string_pretty(&list)?);
+            crate::json::print(&list.into());
             return Ok(ExitCode::SUCCESS);
         }
         say!("{:34} {:>6} {:>10} {:>10} {:>8} {:>10}", "method", "terms", "frame [s]", format!("{device} [s]"), "ratio", "error");

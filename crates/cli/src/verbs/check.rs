@@ -1,7 +1,6 @@
 //! `barnard check`
 
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
 
 use barnard::backend::Job;
 use barnard::control::Control;
@@ -13,7 +12,7 @@ use clap::Args;
 use spectra::rule::Node;
 
 use crate::backends::registry;
-use crate::json::json_of;
+use crate::json::{self, json_of};
 use crate::source::SceneArgs;
 use crate::{counted, outputs, progress};
 
@@ -36,9 +35,7 @@ impl Check {
             parameters(self.scene.open_for("cpu")?.0.tree()).iter().for_each(list);
             return Ok(ExitCode::SUCCESS);
         }
-        if self.json {
-            outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
-        }
+        outputs::take_stdout(self.json);
         let (scene, options) = self.scene.load()?;
         describe(&scene);
         points::catalogue_note(&scene, &scene.camera).iter().for_each(|note| say!("catalogue {note}"));
@@ -50,7 +47,7 @@ impl Check {
         describe_plan(&plan, &report);
         say!("ok");
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&serde_json::json!({ "report": json_of(&report.tree()) }))?);
+            json::print(&serde_json::json!({ "report": json_of(&report.tree()) }));
         }
         Ok(ExitCode::SUCCESS)
     }

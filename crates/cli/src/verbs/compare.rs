@@ -71,7 +71,7 @@ impl Compare {
                 .iter()
                 .map(|d| serde_json::json!({ "band": d.band, "relative_rmse": d.rmse, "max": d.largest, "chi_squared": d.chance }))
                 .collect();
-            say!("{}", serde_json::to_string_pretty(&list)?);
+            crate::json::print(&list.into());
         } else {
             for d in &rows {
                 let chance = d.chance.map_or_else(String::new, |c| format!(", ((a - b)/error)^2 is {c:.3} in the mean"));

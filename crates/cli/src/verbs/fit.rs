@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
@@ -74,9 +73,7 @@ enum Unsaid {
 
 impl Fit {
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        if self.json {
-            crate::outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
-        }
+        crate::outputs::take_stdout(self.json);
         if !self.with.is_empty() && self.with.len() != self.to.len() {
             bail!("{} --with for {} --to; give one --with per image, or none", self.with.len(), self.to.len());
         }
@@ -123,10 +120,10 @@ impl Fit {
             }
         }
         if self.json {
-            print!("{}", json(&free, &images.units(), &first, &fitted));
+            crate::json::print(&json(&free, &images.units(), &first, &fitted));
         }
         if let Some(path) = &self.output {
-            replace(path, json(&free, &images.units(), &first, &fitted).as_bytes())?;
+            replace(path, format!("{:#}\n", json(&free, &images.units(), &first, &fitted)).as_bytes())?;
             say!("wrote {}", path.display());
         }
         if let Some(path) = &self.found {
@@ -254,7 +251,7 @@ fn value_words(fitted: &Fitted, i: usize) -> String {
     format!("{} +- {}", written(value, reaching), written(sigma, 1))
 }
 
-fn json(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted) -> String {
+fn json(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted) -> serde_json::Value {
     let parameter = |i: usize| {
         serde_json::json!({
             "key": free[i].key,
@@ -269,15 +266,14 @@ fn json(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted) -> S
         })
     };
     let row = |i: usize| (0..free.len()).map(|j| fitted.covariance[(i, j)]).collect::<Vec<f64>>();
-    let all = serde_json::json!({
+    serde_json::json!({
         "parameters": (0..free.len()).map(parameter).collect::<Vec<_>>(),
         "covariance": (0..free.len()).map(row).collect::<Vec<_>>(),
         "chi2": fitted.chi2.0,
         "pixels": fitted.chi2.1,
         "converged": fitted.converged,
         "pictures": fitted.evaluations,
-    });
-    format!("{all:#}\n")
+    })
 }
 
 #[cfg(feature = "study")]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use barnard::data::{Array, InputNote, Inputs, Layout, Numbers};
 use barnard::scene::inspect;
 use barnard_files::SceneFiles;
-use barnard_files::formats::{Member, READERS, Writer, members, read_file, read_image, read_picture, unreadable, writer};
+use barnard_files::formats::{Contents, Member, READERS, Writer, members, read_file, read_image, read_picture, unreadable, writer};
 use clap::Args;
 
 use crate::source::memory_limit;
@@ -36,7 +36,7 @@ impl Info {
         let threads = rayon::current_num_threads();
         if self.json {
             let info = serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "threads": threads, "adapters": json() });
-            say!("{}", serde_json::to_string_pretty(&info)?);
+            crate::json::print(&info);
             return Ok(ExitCode::SUCCESS);
         }
         say!("barnard {}", env!("CARGO_PKG_VERSION"));
@@ -70,7 +70,7 @@ impl Info {
                 })
                 .collect();
             let info = serde_json::json!({ "file": path.display().to_string(), "format": format, "arrays": arrays });
-            say!("{}", serde_json::to_string_pretty(&info)?);
+            crate::json::print(&info);
             return Ok(ExitCode::SUCCESS);
         }
         say!("{}: {format}", path.display());
@@ -106,7 +106,7 @@ impl Info {
             let refused: serde_json::Map<String, serde_json::Value> =
                 refused.into_iter().map(|(way, why)| (way.to_owned(), why.into())).collect();
             let info = serde_json::json!({ "file": path.display().to_string(), "understood": notes, "refused": refused });
-            say!("{}", serde_json::to_string_pretty(&info)?);
+            crate::json::print(&info);
             return Ok(ExitCode::SUCCESS);
         }
         if notes.is_empty() {
@@ -121,8 +121,8 @@ impl Info {
 
 /// True if the members of a FITS file are tables of columns, and none is an image.
 fn holds_tables_alone(members: &[Member]) -> bool {
-    let kinds = || members.iter().flat_map(|member| &member.facts).filter(|(what, _)| *what == "kind").map(|(_, kind)| kind);
-    kinds().any(|kind| kind.contains("is a table")) && !kinds().any(|kind| kind.starts_with("image"))
+    let any = |contents: Contents| members.iter().any(|member| member.contents == contents);
+    any(Contents::Columns) && !any(Contents::Numbers)
 }
 
 /// Statistics of the values of a grid or of a picture; otherwise the reason why there are none.

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
@@ -17,7 +16,7 @@ use barnard_files::formats::{check_replaceable, check_writable, save_frame};
 use clap::Args;
 
 use crate::backends::{names, registry};
-use crate::json::json_of_image;
+use crate::json::{self, json_of_image};
 use crate::source::SceneArgs;
 use crate::verbs::frames::named;
 use crate::{outputs, progress};
@@ -64,9 +63,7 @@ impl Observe {
         if self.output.is_empty() && self.raw.is_none() {
             bail!("an output is required; add -o master.fits, or --raw 'raw_%03d.fits'");
         }
-        if self.json {
-            outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
-        }
+        outputs::take_stdout(self.json);
         self.output.iter().try_for_each(|path| check_writable(path))?;
         if let Some(pattern) = &self.raw {
             check_replaceable(&frame_file(pattern, 1)?)?;
@@ -113,7 +110,7 @@ impl Observe {
         }
         if self.json {
             let files: Vec<String> = raw.iter().chain(&self.output).map(|path| path.display().to_string()).collect();
-            println!("{}", serde_json::to_string_pretty(&json_of_image(&master, &files, rendered + start.elapsed().as_secs_f64()))?);
+            json::print(&json_of_image(&master, &files, rendered + start.elapsed().as_secs_f64()));
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -22,7 +22,7 @@ use barnard_files::formats::check_writable;
 use clap::Args;
 
 use crate::backends::{names, registry};
-use crate::json::json_of_image;
+use crate::json::{self, json_of_image};
 use crate::source::{SceneArgs, change};
 use crate::verbs::frames::{FrameArgs, Shoot};
 use crate::verbs::referee::Referee;
@@ -76,13 +76,11 @@ impl Render {
         if self.frames.is_asked() {
             return self.sequence();
         }
-        if self.json {
-            outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
-        }
+        outputs::take_stdout(self.json);
         for path in self.output.iter().filter(|path| !path.to_string_lossy().contains('%')) {
             match outputs::standard(path)? {
                 Some(_) if self.json => bail!("-o {}: standard output is taken by --json; write a file", path.display()),
-                Some(_) => outputs::STDOUT_IS_TAKEN.store(true, Ordering::Relaxed),
+                Some(_) => outputs::take_stdout(true),
                 None => check_writable(path)?,
             }
         }
@@ -104,7 +102,7 @@ impl Render {
         files.iter().flatten().for_each(|file| say!("wrote {}", file.display()));
         if self.json {
             let files: Vec<String> = files.iter().flatten().map(|file| file.display().to_string()).collect();
-            println!("{}", serde_json::to_string_pretty(&json_of_image(&image, &files, start.elapsed().as_secs_f64()))?);
+            json::print(&json_of_image(&image, &files, start.elapsed().as_secs_f64()));
         }
         if self.output.iter().any(|path| outputs::writer_of(path).is_ok_and(|writer| writer.is_picture)) {
             let tone = scene.display.tone(&image);
@@ -228,7 +226,7 @@ fn rendered(backend: &mut dyn Backend, plan: &Planned, control: &Control) -> any
 
 /// The device for multiple scattering, where a scene has that.
 fn sweeper(backend: &mut dyn Backend, scene: &Scene) -> Option<Arc<dyn Sweeper>> {
-    backend.device().filter(|_| scene.method.bounces > 1).and_then(|device| device.sweeper())
+    (scene.method.bounces > 1).then(|| backend.sweeper()).flatten()
 }
 
 /// The relative error of an image in words; none where its back end has printed it.

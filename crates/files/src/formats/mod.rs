@@ -145,8 +145,21 @@ type List = fn(&mut Request) -> Result<Vec<Member>>;
 pub struct Member {
     /// The name by which `array` means it; empty where it has none.
     pub name: String,
+    /// Sort of its contents.
+    pub contents: Contents,
     /// Description: voxels, type, transform.
     pub facts: Vec<(&'static str, String)>,
+}
+
+/// Sort of the contents of a member.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contents {
+    /// An array of numbers.
+    Numbers,
+    /// Columns of a table.
+    Columns,
+    /// Nothing, or what cannot be read.
+    Nothing,
 }
 
 /// The note of a picture that was read that says what its values are in: BUNIT of FITS, and the zero point of magnitudes.

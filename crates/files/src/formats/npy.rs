@@ -11,7 +11,7 @@ use npyz::{DType, Endianness, NpyFile, Order, TypeChar, WriterBuilder};
 
 use super::gather::Gather;
 use super::numbers::{Number, Stored};
-use super::{GridFile, GridWriter, Kept, Member, Reader, Request, Writer, checked_shape, failed, three_axes};
+use super::{Contents, GridFile, GridWriter, Kept, Member, Reader, Request, Writer, checked_shape, failed, three_axes};
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples, SaveOptions};
@@ -72,7 +72,11 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
 
 pub(super) fn member(name: String, array: &Open) -> Member {
     let order = if array.fortran { "Fortran: the first index runs fastest" } else { "C: the last index runs fastest" };
-    Member { name, facts: vec![("shape", super::edges(&array.shape)), ("type", array.stored.to_string()), ("order", order.into())] }
+    Member {
+        name,
+        contents: Contents::Numbers,
+        facts: vec![("shape", super::edges(&array.shape)), ("type", array.stored.to_string()), ("order", order.into())],
+    }
 }
 
 const MAGIC: &[u8] = b"\x93NUMPY";

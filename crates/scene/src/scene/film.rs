@@ -11,6 +11,8 @@
 use spectra::constants::{PARSEC, SPEED_OF_LIGHT};
 use spectra::units::{Length, Time};
 
+use super::band::BANDS;
+use super::root::{FIELD, GAS, STAR, STAR_TABLE};
 use super::{Fields, Loader, Scene, Star};
 use crate::animation::Timeline;
 use crate::error::Result;
@@ -43,8 +45,10 @@ const SMOOTH: f64 = 5.0;
 /// Most frames between solutions, and most frames that are looked at.
 const MOST_FRAMES: f64 = 16.0;
 const LOOKS: u64 = 48;
+/// Tables of stars.
+const STARS: [&str; 2] = [STAR.row.name, STAR_TABLE.row.name];
 /// Gas inputs other than the stars: where that changes, gas is solved at every moment.
-const OTHERS: [&str; 3] = ["gas", "field", "bands"];
+const OTHERS: [&str; 3] = [GAS.row.name, FIELD.row.name, BANDS.row.name];
 
 impl Film<'_> {
     /// Keyframes of the gas of a table at this moment; `None` if it is solved at each.
@@ -52,9 +56,7 @@ impl Film<'_> {
     /// # Errors
     /// If what the scene says at a moment cannot be read.
     pub(super) fn around(&self, gas: &Section, fields: &Fields, loader: &Loader) -> Result<Option<Nearest>> {
-        let first = |place: &str| place.split(['.', '[']).next().unwrap_or_default().to_owned();
-        let changed: Vec<String> = self.timeline.tracks().map(|(place, _)| first(place)).collect();
-        if !changed.iter().any(|table| table.starts_with("star")) || changed.iter().any(|table| OTHERS.contains(&table.as_str())) {
+        if !self.changes(&STARS) || self.changes(&OTHERS) {
             return Ok(None);
         }
         let frames = match self.timeline.solved_every.get() {
@@ -79,6 +81,11 @@ impl Film<'_> {
         ]))
     }
 
+    /// True if a key of some tables is animated.
+    fn changes(&self, tables: &[&str]) -> bool {
+        self.timeline.tracks().any(|(place, _)| tables.contains(&place.split(['.', '[']).next().unwrap_or_default()))
+    }
+
     /// The stars at a moment.
     fn stars(&self, time: f64, loader: &Loader) -> Result<Vec<Star>> {
         super::star_table::stars(&Section::root(&self.timeline.at(self.tree, time)?), loader)
@@ -92,7 +99,7 @@ impl Film<'_> {
         let bounds = scene.densities().map(|density| density.bounds().size().max_element()).filter(|size| size.is_finite());
         let crossing_s = bounds.fold(0.0, f64::max) * PARSEC / SPEED_OF_LIGHT;
         let step = 1.0 / self.timeline.frames.per_second;
-        if step >= crossing_s || !self.timeline.tracks().any(|(place, _)| place.starts_with("star")) {
+        if step >= crossing_s || !self.changes(&STARS) {
             return Ok(None);
         }
         let mut fastest: Option<(f64, String)> = None;

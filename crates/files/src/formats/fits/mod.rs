@@ -21,7 +21,7 @@ pub(super) use self::write::encode_frame;
 use super::gather::Gather;
 use super::gzip;
 use super::numbers::{Number, Stored};
-use super::{GridWriter, Kept, Member, Reader, Request, UNIT_NOTE, Writer, checked_shape, three_axes};
+use super::{Contents, GridWriter, Kept, Member, Reader, Request, UNIT_NOTE, Writer, checked_shape, three_axes};
 use barnard::data::{Array, Choose, Layout, Numbers, Part};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
@@ -202,15 +202,18 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
     gzip::unpacked(request)?;
     let headers = headers(request)?;
     let plane = |(number, header): (usize, &Header)| {
-        let kind = header.table().unwrap_or_else(|| match header.squeezed().len() {
-            0 => "no data".into(),
-            axes => format!("image of {axes} axes longer than one"),
-        });
+        let (contents, kind) = match (header.table(), header.squeezed().len()) {
+            // Pixels of a map are no columns of a curve or catalogue.
+            (Some(kind), _) if header.text("PIXTYPE") == Some("HEALPIX") => (Contents::Nothing, kind),
+            (Some(kind), _) => (Contents::Columns, kind),
+            (None, 0) => (Contents::Nothing, "no data".into()),
+            (None, axes) => (Contents::Numbers, format!("image of {axes} axes longer than one")),
+        };
         let mut facts = vec![("kind", kind)];
         let fact = |what, key: &str| header.text(key).filter(|text| !text.trim().is_empty()).map(|text| (what, text.trim().to_owned()));
         facts.extend(fact("name", "EXTNAME"));
         facts.extend(header.broken().map(|broken| ("broken", broken.to_owned())));
-        if header.table().is_none() && !header.squeezed().is_empty() {
+        if contents == Contents::Numbers {
             facts.push(("axes", super::edges(header.axes().unwrap_or_default()) + ", the fastest first"));
             facts.extend(header.bitpix().map(|bits| ("type", format!("BITPIX {bits}"))));
             facts.extend(fact("packed", "ZCMPTYPE").map(|(what, packing)| (what, format!("in tiles by {packing}"))));
@@ -223,7 +226,7 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
             }
             facts.extend(frame.problem.map(|problem| ("frame", problem)));
         }
-        Member { name: number.to_string(), facts }
+        Member { name: number.to_string(), contents, facts }
     };
     Ok(headers.iter().enumerate().map(plane).collect())
 }

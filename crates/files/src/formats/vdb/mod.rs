@@ -20,7 +20,7 @@ use self::header::{Descriptor, Metadata, Transform, descriptors, head};
 use self::tree::Tree;
 use self::window::Window;
 use super::gather::Gather;
-use super::{GridWriter, Member, Reader, Request};
+use super::{Contents, GridWriter, Member, Reader, Request};
 
 pub(super) const GRID_WRITER: GridWriter =
     GridWriter { extension: "vdb", summary: "OpenVDB fog volume of floats, in pc; nonzero voxels are active", write: write::write };
@@ -84,7 +84,7 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
             // What cannot be read is listed all the same, with why.
             facts.extend(facts_of(&mut bytes, &grids, grid, limit).unwrap_or_else(|error| vec![("refused", error.to_string())]));
         }
-        members.push(Member { name: grid.name.clone(), facts });
+        members.push(Member { name: grid.name.clone(), contents: Contents::Numbers, facts });
     }
     Ok(members)
 }

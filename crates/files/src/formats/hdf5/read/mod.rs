@@ -22,7 +22,7 @@ use self::slabs::Slabs;
 use self::source::Source;
 use crate::formats::gather::Gather;
 use crate::formats::numbers::{Number, Stored};
-use crate::formats::{Member, Request, edges, steps, three_axes};
+use crate::formats::{Contents, Member, Request, edges, steps, three_axes};
 
 /// Elements that may be there without a byte for them, and others for each byte of the file.
 const NEVER_WRITTEN: u64 = 1 << 32;
@@ -91,9 +91,10 @@ pub fn members(request: &mut Request) -> Result<Vec<Member>> {
                 facts.extend(axis.as_ref().map(|axis| (letter, steps(axis))));
             }
         }
-        Member { name: found.path.clone(), facts }
+        Member { name: found.path.clone(), contents: Contents::Numbers, facts }
     };
-    let unread = unreadable.into_iter().map(|(name, reason)| Member { name, facts: vec![("unreadable", reason)] });
+    let unread =
+        unreadable.into_iter().map(|(name, reason)| Member { name, contents: Contents::Nothing, facts: vec![("unreadable", reason)] });
     let mut members: Vec<Member> = all.iter().map(dataset).chain(unread).collect();
     members.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(members)
