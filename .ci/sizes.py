@@ -12,7 +12,7 @@ MOST_LINES = 450
 LONGER = {
     "crates/files/tests/inputs.rs": 710,  # one table of damaged inputs per reader
     "python/barnard/scene.py": 575,  # scene and its operations
-    "python/barnard/tables.py": 2365,  # generated from the catalogues
+    "python/barnard/tables.py": 3908,  # generated from the catalogues
     "python/tests/test_inputs.py": 525,  # one table of inputs per reader
     "python/tests/test_instrument.py": 472,  # instruments and exposures
 }

@@ -55,9 +55,9 @@ def text() -> str:
             parts.append(described(name, thing, "###"))
             if isinstance(thing, type) and name in ("Scene", "Plan", "Image", "Exposures", "FrameSequence"):
                 for member in members(thing):
-                    own = inspect.getattr_static(thing, member)
-                    own = own.fget if isinstance(own, property) else getattr(thing, member)
-                    shown = described(f"{name}.{member}", own, "####")
+                    value = inspect.getattr_static(thing, member)
+                    value = value.fget if isinstance(value, property) else getattr(thing, member)
+                    shown = described(f"{name}.{member}", value, "####")
                     parts.append(shown.replace("(self)`", "`").replace("()`", "`") if isinstance(vars(thing)[member], property) else shown)
     return "\n".join(parts)
 

@@ -17,7 +17,7 @@ if "barnard" not in sys.modules:
 
 from barnard._rows import ROWS, Key, Kind, Row
 
-#: Classes of tables: path, name, base class. A field is a class for each kind, a camera a function for each.
+#: Classes of tables: path and name. Each kind has a class of its own, such as HenyeyGreensteinPhase.
 CLASSES = [
     ("camera.stereo", "Stereo"),
     ("camera.path.key", "Keyframe"),
@@ -103,7 +103,7 @@ from typing import Any, Literal, Union
 from numpy.typing import ArrayLike
 
 from ._field import Field, Sampled
-from ._table import Table, checked
+from ._table import Table, renamed
 
 #: A value with its unit: of astropy, of unyt, or a text such as "0.4 pc".
 Quantity = Union[str, Any]
@@ -182,13 +182,13 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
     """One class."""
     whole = kind is None and bool(row.kinds)
     keys = list((row.all_keys(kind.name) if kind else row.all_keys()).values())
-    of_kinds = {k.name: [n for n, own in row.kinds.items() if k.name in own.keys] for k in keys} if whole else {}
+    of_kinds = {key.name: [name for name, each in row.kinds.items() if key.name in each.keys] for key in keys} if whole else {}
     of_kinds = {name: names for name, names in of_kinds.items() if names}
     lines = [f"class {name}({base}):", f'    """{wrapped(sentence(doc), "    ").strip()}', ""]
     if whole:
         lines += ["    Kinds", "    -----"]
-        for own in row.kinds.values():
-            lines += [f"    {own.name}", wrapped(sentence(own.summary), "        ")]
+        for each in row.kinds.values():
+            lines += [f"    {each.name}", wrapped(sentence(each.summary), "        ")]
         lines.append("")
     sampled = base == "Sampled"
     if keys:
@@ -205,24 +205,16 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
         lines.append(f'    _kind = "{kind.name}"')
     default = KINDS.get(row.path)
     kinds = literal(row.kinds)
-    said = (f'kind: {kinds} = "{default}"' if default else f"kind: {kinds}") if whole else None
+    choice = (f'kind: {kinds} = "{default}"' if default else f"kind: {kinds}") if whole else None
     if whole and row.path == "background":
-        said = f"kind: {kinds} | None = None"
+        choice = f"kind: {kinds} | None = None"
     more = "copy: bool = True" if sampled else ""
-    names = (["kind"] if said else []) + [key.name for key in keys] + (["copy"] if sampled else [])
-    lines += ["", *call("def __init__", ["self", *signature(row, keys, said, of_kinds, more)], ":", "    ")]
-    lines += [*call("super().__init__", [f"{own}={own}" for own in names], "", "        "), ""]
+    names = (["kind"] if choice else []) + [key.name for key in keys] + (["copy"] if sampled else [])
+    # The class of a kind sets its keys as the class of all kinds does, without its required ones.
+    start = "Table.__init__" if kind and base not in ("Field", "Sampled") else "super().__init__"
+    lines += ["", *call("def __init__", ["self", *signature(row, keys, choice, of_kinds, more)], ":", "    ")]
+    lines += [*call(start, (["self"] if start != "super().__init__" else []) + [f"{name}={name}" for name in names], "", "        "), ""]
     return "\n".join(lines)
-
-
-def camera_function(row: Row, kind: Kind) -> str:
-    keys = list(row.all_keys(kind.name).values())
-    lines = call(f"def {kind.name}", signature(row, keys, None, {}), " -> Camera:", "")
-    lines += [f'    """A camera: {kind.summary}.', ""]
-    lines += [*parameters(row, keys, {}, "    "), '    """']
-    lines += call("return Camera", [f'"{kind.name}"', *(f"{key.name}={key.name}" for key in keys)], "", "    ")
-    lines += ["", "", f'{kind.name} = checked({kind.name}, "camera")']
-    return "\n".join(lines) + "\n"
 
 
 def text() -> str:
@@ -237,10 +229,12 @@ def text() -> str:
         names.append(name)
         row = ROWS[path]
         parts.append(body(name, "Table", row, None, row.text.split(": ")[0] if path == "star_table" else row.text))
-        if path == "camera":
-            for kind in row.kinds.values():
+        for kind in row.kinds.values():
+            names.append(titled(kind.name) + name)
+            parts.append(body(names[-1], name, row, kind, kind.summary))
+            if path == "camera":
                 names.append(kind.name)
-                parts.append(camera_function(row, kind))
+                parts.append(f'{kind.name} = renamed("{kind.name}", {names[-2]})\n')
     parts.append("__all__ = [" + ", ".join(f'"{name}"' for name in names) + "]\n")
     return "\n\n".join(parts)
 

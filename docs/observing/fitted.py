@@ -29,27 +29,27 @@ INSTRUMENTS = [
 
 def scene(values):
     """A cloud with two young stars in it, gas that glows, and light behind, at 2 kpc."""
-    own = bn.Scene(bands="johnson", name="nebula", method=bn.Method(bake=160))
-    own.camera = bn.perspective("0 0 2000 pc", "140 arcsec", size=SIZE)
-    own.fields["cloud"] = bn.Turbulence(seed=5, low="-0.6 -0.6 -0.6 pc", high="0.6 0.6 0.6 pc", voxels=160, outer_scale="0.6 pc", mach=8)
-    own.fields["ball"] = bn.Plummer(core="0.22 pc", cut="0.55 pc")
-    own.dust = bn.Dust("cloud * ball", f"{values['dust.scale']} /pc", law="gordon23", albedo=0.6)
+    nebula = bn.Scene(bands="johnson", name="nebula", method=bn.Method(bake=160))
+    nebula.camera = bn.PerspectiveCamera("0 0 2000 pc", "140 arcsec", size=SIZE)
+    nebula.fields["cloud"] = bn.Turbulence(seed=5, low="-0.6 -0.6 -0.6 pc", high="0.6 0.6 0.6 pc", voxels=160, outer_scale="0.6 pc", mach=8)
+    nebula.fields["ball"] = bn.Plummer(core="0.22 pc", cut="0.55 pc")
+    nebula.dust = bn.Dust("cloud * ball", f"{values['dust.scale']} /pc", law="gordon23", albedo=0.6)
     places = ["0.1 0.05 0.2 pc", "-0.2 -0.1 0.15 pc"]
     temperatures = [values["star[0].temperature"], 20000]
     for i, (place, temperature) in enumerate(zip(places, temperatures)):
         luminosity = values[f"star[{i}].luminosity"]
-        own.stars.append(bn.Star(place, temperature=f"{temperature} K", luminosity=f"{luminosity} Lsun", visible=False))
+        nebula.stars.append(bn.Star(place, temperature=f"{temperature} K", luminosity=f"{luminosity} Lsun", visible=False))
     lines = [{"wavelength": "500.7 nm", "strength": 1}, {"wavelength": "656.3 nm", "strength": 1.5}]
-    own.emission.append(bn.Emission(kind="lines", density="cloud * ball", scale=f"{values['emission[0].scale']} W/m3/sr", lines=lines))
-    own.background = bn.Background(kind="blackbody", temperature="4500 K", radiance=f"{values['background.radiance']} W/m2/sr/um")
-    own.display = bn.Display(stretch="asinh", strength=8)
-    return own
+    nebula.emission.append(bn.LinesEmission(density="cloud * ball", scale=f"{values['emission[0].scale']} W/m3/sr", lines=lines))
+    nebula.background = bn.BlackbodyBackground(temperature="4500 K", radiance=f"{values['background.radiance']} W/m2/sr/um")
+    nebula.display = bn.Display(stretch="asinh", strength=8)
+    return nebula
 
 
 images = []
 for name, bands, scale, instrument in INSTRUMENTS:
     instrument.pixel_scale = f"{scale} arcsec"
-    parts = {"bands": bands, "camera": bn.perspective("0 0 2000 pc", f"{scale * SIZE:g} arcsec", size=SIZE), "instrument": instrument}
+    parts = {"bands": bands, "camera": bn.PerspectiveCamera("0 0 2000 pc", f"{scale * SIZE:g} arcsec", size=SIZE), "instrument": instrument}
     truth = scene(TRUTH)
     for key, value in parts.items():
         setattr(truth, key, value)

@@ -14,7 +14,7 @@ scene.observation = bn.Observation("18h53m35.1s 33d01m45s")
 for name, bands, palette, field, size, instrument in INSTRUMENTS:
     scene.bands = bands
     scene.display = bn.Display(palette=palette, balance=True, stretch="asinh", strength=8)
-    scene.camera = bn.perspective("0 0 790 pc", f"{field} arcsec", size=size)
+    scene.camera = bn.PerspectiveCamera("0 0 790 pc", f"{field} arcsec", size=size)
     master = scene.render(progress=True).observe(instrument).master(progress=True)
     for extension in ("fits", "png"):
         master.write(f"{name}.{extension}")

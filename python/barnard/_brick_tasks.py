@@ -126,8 +126,8 @@ def _rebuilt(scene: Scene, fields: dict[str, Any], **parts: Any) -> Scene:
     from ._tree import PARTS
     from .scene import Scene
 
-    own = {part: getattr(scene, part) for part in PARTS if part != "fields"}
-    return Scene(**{**own, **parts}, fields=fields, folder=scene._folder, memory=scene._limit / 2**30)
+    stated = {part: getattr(scene, part) for part in PARTS if part != "fields"}
+    return Scene(**{**stated, **parts}, fields=fields, folder=scene._folder, memory=scene._limit / 2**30)
 
 
 def _without_bricks(scene: Scene) -> Scene:
@@ -173,25 +173,25 @@ def of_densities(scene: Scene, means: list[np.ndarray], box: Box, camera: Any) -
 
 def densities(shared: Shared, values: dict[str, np.ndarray], place: Place) -> list[np.ndarray]:
     """The densities at the voxels of a brick, x × y × z: extinction of dust [pc-1], then gas."""
-    from .tables import Grid, perspective
+    from .tables import Grid, PerspectiveCamera
 
     volume, scene = shared.volume, shared.scene
     box, shape = volume.box_of(place), volume.shape(place)
     fields = dict(scene.fields)
     for name, array in values.items():
-        own = fields[name]
+        field = fields[name]
         low, high = _corners(box)
-        fields[name] = Grid(array, low=low, high=high, unit=own.unit, factor=own.factor, clip=own.clip)
+        fields[name] = Grid(array, low=low, high=high, unit=field.unit, factor=field.factor, clip=field.clip)
     with _lock:
         # Nobody looks yet.
-        session = _rebuilt(scene, fields, camera=perspective("0 0 9 pc", "30 deg"))._session()
+        session = _rebuilt(scene, fields, camera=PerspectiveCamera("0 0 9 pc", "30 deg"))._session()
         found = _barnard.densities(session.scene, list(shape), box, session.limit)
     return [flat.reshape(shape, order="F") for flat in found]
 
 
 def cut(brick: np.ndarray, voxels: Voxels) -> np.ndarray:
     """Some voxels of a brick, in memory of their own."""
-    return np.array(brick[tuple(slice(*own) for own in voxels)], order="F")
+    return np.array(brick[tuple(slice(*ends) for ends in voxels)], order="F")
 
 
 def _blocks(voxels: tuple[int, int], whole: int, coarse: int) -> np.ndarray:
@@ -213,8 +213,8 @@ def sums(values: np.ndarray, place: Place, volume: Volume, coarse: tuple[int, ..
 def means(sums: list[tuple[list[int], np.ndarray]], volume: Volume, coarse: tuple[int, ...]) -> np.ndarray:
     """The means over coarse voxels."""
     means = np.zeros(coarse)
-    for first, own in sums:
-        means[tuple(slice(a, a + n) for a, n in zip(first, own.shape))] += own
+    for first, part in sums:
+        means[tuple(slice(a, a + n) for a, n in zip(first, part.shape))] += part
     for axis, whole in enumerate(volume.dims):
         count = np.bincount(_blocks((0, whole), whole, coarse[axis]), minlength=coarse[axis])
         means /= np.expand_dims(count, tuple(other for other in range(3) if other != axis))
@@ -228,8 +228,8 @@ def _flat(part: Part) -> np.ndarray:
     """The values of a part of a volume in one row, x fastest."""
     shape, pieces = part
     values = np.empty(shape, np.float32, order="F")
-    for brick, own, place in pieces:
-        values[tuple(slice(*along) for along in place)] = brick[tuple(slice(*along) for along in own)]
+    for brick, within, place in pieces:
+        values[tuple(slice(*along) for along in place)] = brick[tuple(slice(*along) for along in within)]
     return values.ravel(order="F")
 
 
@@ -320,9 +320,9 @@ def merged(sweeps: Sweeps, place: Place, swept: list[np.ndarray | None]) -> np.n
         if all(0 <= i < n for i, n in zip(within, shape)):
             depths[within] = 0.0
     flat = depths.ravel(order="F")
-    for own in swept:
-        if own is not None:
-            np.copyto(flat, own, where=~np.isnan(own))
+    for each in swept:
+        if each is not None:
+            np.copyto(flat, each, where=~np.isnan(each))
     if np.isnan(flat).any():
         raise _barnard.BarnardError(f"{int(np.isnan(flat).sum())} voxels of a brick have no star depth; please report it with the scene")
     return flat.reshape(shape, order="F")

@@ -75,8 +75,8 @@ class Sampled(Field):
             return NotImplemented if not isinstance(other, Sampled) else False
         if self._array is None:
             return super().__eq__(other)
-        own, others = ({**field._nodes(), "file": ""} for field in (self, other))
-        return own == others and np.array_equal(self._array, other._array)
+        nodes, others = ({**field._nodes(), "file": ""} for field in (self, other))
+        return nodes == others and np.array_equal(self._array, other._array)
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -11,7 +11,7 @@ Listener = Callable[[str, int, int], None]
 
 
 @contextmanager
-def told(progress: bool | Listener | None) -> Iterator[Listener | None]:
+def listening(progress: bool | Listener | None) -> Iterator[Listener | None]:
     """Progress receiver of native work."""
     if not progress:
         yield None

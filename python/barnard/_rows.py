@@ -54,8 +54,8 @@ class Row:
         """The keys of a kind; of every kind where there is none."""
         kinds = self.kinds.values() if kind is None else [self.kinds[kind]] if kind in self.kinds else []
         every: dict[str, Key] = {}
-        for own in kinds:
-            every.update(own.keys)
+        for each in kinds:
+            every.update(each.keys)
         return {**self.keys, **every}
 
 
@@ -64,7 +64,7 @@ def _keys(rows) -> dict[str, Key]:
 
 
 ROWS: dict[str, Row] = {
-    path: Row(path, text, _keys(keys), {name: Kind(name, summary, _keys(own)) for name, summary, own in kinds})
+    path: Row(path, text, _keys(keys), {name: Kind(name, summary, _keys(rows)) for name, summary, rows in kinds})
     for path, text, keys, kinds in _barnard.schema()
 }
 

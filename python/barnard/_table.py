@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import functools
 import inspect
+import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 from ._rows import ROWS, Key, Row, scene_error, unknown_key
-from ._values import said, written
+from ._values import stated_as, written
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 _SPOKEN = "_said"
 _GIVEN = "_given"
@@ -31,6 +35,18 @@ def checked(function: Callable[..., Any], place: str) -> Callable[..., Any]:
             raise unknown_key(place, unknown[0], known)
         return function(*arguments, **keys)
 
+    return call
+
+
+def renamed(name: str, to: Callable[P, T]) -> Callable[P, T]:
+    """A function under its old name, which warns."""
+
+    def call(*arguments: P.args, **keys: P.kwargs) -> T:
+        warnings.warn(f"{name} is deprecated; use {to.__name__}", DeprecationWarning, stacklevel=2)
+        return to(*arguments, **keys)
+
+    call.__name__ = call.__qualname__ = name
+    call.__doc__ = f"Deprecated name of `{to.__name__}`."
     return call
 
 
@@ -56,7 +72,8 @@ class Table:
         super().__init_subclass__(**options)
         if "_path" in cls.__dict__ and "__init__" in cls.__dict__:
             cls.__init__ = checked(cls.__init__, cls._place())  # type: ignore[method-assign]
-            _CLASSES[cls._path] = cls
+            if cls._kind is None:
+                _CLASSES[cls._path] = cls
 
     @classmethod
     def of(cls, keys: dict[str, Any]) -> Self:
@@ -89,14 +106,14 @@ class Table:
         known = row.all_keys(self._chosen)
         if key not in known:
             raise unknown_key(place, key, list(known))
-        own = _CLASSES.get(f"{self._path}.{key}")
-        if own is not None and isinstance(value, dict):
-            value = own.of(value)
+        cls = _CLASSES.get(f"{self._path}.{key}")
+        if cls is not None and isinstance(value, dict):
+            value = cls.of(value)
         spoken = None if value is None else self._spoken(key, known[key], value)
         self._keep(key, value, spoken)
 
     def _spoken(self, key: str, row: Key, value: Any) -> Any:
-        return said(value, row, f"{self._place()}.{key}")
+        return stated_as(value, row, f"{self._place()}.{key}")
 
     def _now(self, key: str) -> Any:
         """Setting of a key: anew where its value may have been changed in place since it was set."""
@@ -133,7 +150,7 @@ class Table:
         return {**kind, **{key: _unfolded(self._now(key)) for key in self._said}}
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and other._nodes() == self._nodes()
+        return isinstance(other, Table) and other._path == self._path and other._nodes() == self._nodes()
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -165,24 +182,24 @@ def copied(value: Any, memo: dict[int, Any]) -> Any:
         return memo[id(value)]
     if isinstance(value, Table):
         twin = memo[id(value)] = type(value).__new__(type(value))
-        for name, own in value.__dict__.items():
-            object.__setattr__(twin, name, copied(own, memo))
+        for name, item in value.__dict__.items():
+            object.__setattr__(twin, name, copied(item, memo))
         return twin
     if type(value) is dict:
         pairs = memo[id(value)] = {}
-        pairs.update((key, copied(own, memo)) for key, own in value.items())
+        pairs.update((key, copied(item, memo)) for key, item in value.items())
         return pairs
     if type(value) is list:
         items = memo[id(value)] = []
-        items.extend(copied(own, memo) for own in value)
+        items.extend(copied(item, memo) for item in value)
         return items
     return value
 
 
-T = TypeVar("T", bound=Table)
+AnyTable = TypeVar("AnyTable", bound=Table)
 
 
-def table_of(cls: type[T], value: Any, key: str) -> T:
+def table_of(cls: type[AnyTable], value: Any, key: str) -> AnyTable:
     """A table as an object: one that is, or a dictionary of its keys."""
     if isinstance(value, cls):
         return value

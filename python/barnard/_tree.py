@@ -48,8 +48,8 @@ def take(scene: Scene, tree: dict[str, Any]) -> None:
     parts = {file: name for name, (file, _) in LISTS.items()}
     for key, value in tree.items():
         if key in ("field", "bookmark"):
-            for own, table in _tables_by_name(value, key).items():
-                getattr(scene, key + "s")[own] = field_of(table, f"field.{own}") if key == "field" else table_of(Camera, table, key)
+            for name, table in _tables_by_name(value, key).items():
+                getattr(scene, key + "s")[name] = field_of(table, f"field.{name}") if key == "field" else table_of(Camera, table, key)
         elif key in parts:
             cls = LISTS[parts[key]][1]
             if not isinstance(value, list):
@@ -76,7 +76,7 @@ def tree_of(scene: Scene, camera: Camera | dict[str, Any] | None = None) -> dict
     if scene.fields:
         tree["field"] = {name: field_of(field, f"field.{name}")._nodes() for name, field in scene.fields.items()}
     if scene.bookmarks:
-        tree["bookmark"] = {name: table_of(Camera, own, f"bookmark.{name}")._nodes() for name, own in scene.bookmarks.items()}
+        tree["bookmark"] = {name: table_of(Camera, camera, f"bookmark.{name}")._nodes() for name, camera in scene.bookmarks.items()}
     for name, (key, cls) in LISTS.items():
         if getattr(scene, name):
             tree[key] = [table_of(cls, table, f"{key}[{i}]")._nodes() for i, table in enumerate(getattr(scene, name))]

@@ -117,8 +117,8 @@ def _quantities(value: Any, quantities: list[str], key: str) -> str | list[str |
         return value
     if has_unit(value):
         numbers, unit = in_unit(value, quantities, key)
-        return [(float(own), unit) for own in numbers.ravel()]
-    return [quantity(own, quantities, f"{key}[{i}]") for i, own in enumerate(_list(value, key))]
+        return [(float(item), unit) for item in numbers.ravel()]
+    return [quantity(item, quantities, f"{key}[{i}]") for i, item in enumerate(_list(value, key))]
 
 
 def _any(value: Any, key: str) -> Any:
@@ -166,7 +166,7 @@ def _plain(value: Any, key: str) -> Any:
     raise scene_error(key, f"{value!r} is not a valid value of a scene")
 
 
-def said(value: Any, row: Key, key: str) -> Any:
+def stated_as(value: Any, row: Key, key: str) -> Any:
     """Scene value of a key: a tree of texts, numbers, quantities as (number, unit), lists and dictionaries.
 
     Raises

@@ -22,7 +22,7 @@ from ._field import Sampled
 from ._rows import scene_error
 from .cluster import _check_installed, _counted, _threads, _wait_for_workers
 from .image import Image
-from .tables import Camera, Dust, Grid, perspective
+from .tables import Camera, Dust, Grid, PerspectiveCamera
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -145,24 +145,24 @@ def _fields(scene: Scene) -> dict[str, Any]:
 
 def _box(scene: Scene, name: str) -> Box:
     """The box of a field in bricks [pc]."""
-    own = scene.fields[name]
-    return _bounds(scene, {name: Grid(np.zeros((2, 2, 2), np.float32), low=own.low, high=own.high)}, name)
+    field = scene.fields[name]
+    return _bounds(scene, {name: Grid(np.zeros((2, 2, 2), np.float32), low=field.low, high=field.high)}, name)
 
 
 def _bounds(scene: Scene, fields: dict[str, Any], density: str) -> Box:
     """The box of a density that is made of some fields [pc]."""
     from .scene import Scene
 
-    probe = Scene(fields=fields, dust=Dust(density, "1 /pc", albedo=0), camera=perspective("0 0 9 pc", "30 deg"), folder=scene._folder)
+    probe = Scene(fields=fields, dust=Dust(density, "1 /pc", albedo=0), camera=PerspectiveCamera("0 0 9 pc", "30 deg"), folder=scene._folder)
     return _barnard.dust_bounds(probe._session().scene)
 
 
 def _check_densities(scene: Scene, fields: dict[str, Any], box: Box) -> None:
     """Refuses densities that reach out of the box of the bricks, where they would be cut off."""
-    own = {name: Grid(np.zeros((2, 2, 2), np.float32), low=scene.fields[name].low, high=scene.fields[name].high) for name in fields}
+    probes = {name: Grid(np.zeros((2, 2, 2), np.float32), low=scene.fields[name].low, high=scene.fields[name].high) for name in fields}
     margin = 1e-9 * np.ptp(box)
     for place, density in tasks.named_densities(scene):
-        low, high = _bounds(scene, {**scene.fields, **own}, density)
+        low, high = _bounds(scene, {**scene.fields, **probes}, density)
         if (np.array(low) < np.array(box[0]) - margin).any() or (np.array(high) > np.array(box[1]) + margin).any():
             words = " ".join(f"{x:g}" for x in low), " ".join(f"{x:g}" for x in high)
             raise scene_error(place, f"it extends from {words[0]} to {words[1]} pc, beyond the box of the bricks; enlarge the box, or crop the other fields")
@@ -187,9 +187,9 @@ class _Bricks:
         along = [[i for i in range(len(cuts) - 1) if cuts[i] < end and cuts[i + 1] > start] for cuts, (start, end) in zip(self.volume.cuts, voxels)]
         x, y, z = along
         for place in itertools.product(x, y, z):
-            own = self.volume.voxels(place)
-            both = [(max(a, start), min(b, end)) for (a, b), (start, end) in zip(own, voxels)]
-            within = [[(a - first, b - first) for (a, b), (first, _) in zip(both, frame)] for frame in (own, voxels)]
+            brick = self.volume.voxels(place)
+            both = [(max(a, start), min(b, end)) for (a, b), (start, end) in zip(brick, voxels)]
+            within = [[(a - first, b - first) for (a, b), (first, _) in zip(both, frame)] for frame in (brick, voxels)]
             brick, (from_brick, to_part) = self.futures[place], within
             size = math.prod(b - a for a, b in both)
             if size <= SMALL * math.prod(self.volume.shape(place)):
@@ -254,15 +254,15 @@ class _Work:
         self._futures.update(futures)
         of_bricks = dict(zip(places, self._finished(futures)))
         count = (self.scene.dust is not None) + len(self.scene.emission)
-        part = lambda number: {place: self.submit(operator.getitem, of, number) for place, of in of_bricks.items()}  # noqa: E731
+        part = lambda number: {place: self.submit(operator.getitem, pair, number) for place, pair in of_bricks.items()}  # noqa: E731
         return [_Bricks(self, part(number)) for number in range(count)]
 
     def plan(self, densities: list[_Bricks], coarse: int) -> Any:
         """Data shared by all bricks, from means of the densities over no more than so many voxels along an edge."""
         factor = max(1, math.ceil(max(self.volume.dims) / coarse))
         dims = tuple(math.ceil(n / factor) for n in self.volume.dims)
-        sums = [[self.submit(tasks.sums, of, place, self.volume, dims) for place, of in bricks.futures.items()] for bricks in densities]
-        means = [tasks.means(self.client.gather(of), self.volume, dims) for of in sums]
+        sums = [[self.submit(tasks.sums, brick, place, self.volume, dims) for place, brick in bricks.futures.items()] for bricks in densities]
+        means = [tasks.means(self.client.gather(parts), self.volume, dims) for parts in sums]
         small = tasks.of_densities(self.scene, means, self.volume.box, self.camera)
         # The client's own threads are left as they are.
         native = tasks.Shared(small, self.volume, 0).planned()
@@ -285,9 +285,9 @@ class _Work:
                 carried = self.submit(tasks.begun, carried)
             for number, places in of_frustum:
                 carried, depths = self._layer(sweeps, native, number, frustum, places, False, dust, carried)
-                for place, own in depths.items():
-                    swept[place].append(own)
-        merged = {place: self.submit(tasks.merged, sweeps, place, own) for place, own in swept.items()}
+                for place, part in depths.items():
+                    swept[place].append(part)
+        merged = {place: self.submit(tasks.merged, sweeps, place, part) for place, part in swept.items()}
         self._finished(list(merged.values()), share)
         return _Bricks(self, merged)
 
@@ -312,9 +312,9 @@ class _Work:
         marched = []
         for place in native.front_to_back():
             voxels = native.stored(place)
-            of = lambda bricks: [own.part(voxels) for own in bricks]  # noqa: B023, E731
-            own = None if dust is None else dust.part(voxels)
-            marched.append(self.submit(tasks.march, self.shared, place, own, of(depths), of(gas)))
+            parts_of = lambda bricks: [bricks_of_one.part(voxels) for bricks_of_one in bricks]  # noqa: B023, E731
+            dust_part = None if dust is None else dust.part(voxels)
+            marched.append(self.submit(tasks.march, self.shared, place, dust_part, parts_of(depths), parts_of(gas)))
         rest = self._finished(marched)
         while len(rest) > 1:
             pairs = [rest[i : i + 2] for i in range(0, len(rest), 2)]

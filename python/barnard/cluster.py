@@ -231,15 +231,15 @@ def _wait_for_workers(client: Any, timeout: float) -> None:
 def _threads(client: Any) -> int:
     """Threads of a worker, where workers that may run on the same cores share them."""
     workers = client.run(_cores).values()
-    sharing = collections.Counter((host, cores) for host, cores, own in workers if own is None)
-    return max(1, min(own if own is not None else len(cores) // sharing[host, cores] for host, cores, own in workers))
+    sharing = collections.Counter((host, cores) for host, cores, stated in workers if stated is None)
+    return max(1, min(stated if stated is not None else len(cores) // sharing[host, cores] for host, cores, stated in workers))
 
 
 def _cores() -> tuple[str, tuple[int, ...], int | None]:
     """The machine, the cores that this process may run on, and how many of them Slurm gave it alone, where it did."""
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
-    own = os.environ.get("SLURM_CPUS_PER_TASK", "")
-    return socket.gethostname(), tuple(cores), min(int(own), len(cores)) if own.isdecimal() and int(own) > 0 else None
+    stated = os.environ.get("SLURM_CPUS_PER_TASK", "")
+    return socket.gethostname(), tuple(cores), min(int(stated), len(cores)) if stated.isdecimal() and int(stated) > 0 else None
 
 
 @contextlib.contextmanager
@@ -251,8 +251,8 @@ def _counted(progress: bool | Callable[[int, int], None], whole: int, what: str 
     if not progress:
         yield lambda done: None
         return
-    from ._progress import told
+    from ._progress import listening
 
-    with told(True) as show:
+    with listening(True) as show:
         bars = show or (lambda *_: None)
         yield lambda done: bars(what, done, whole)

@@ -58,8 +58,8 @@ class Explorer(anywidget.AnyWidget):
         self._coarse: _barnard.Plan | None = None
         #: The newest frame: its number, its quality, and why there is none.
         self.state: tuple[int, str, str | None] = (0, "none", None)
-        told = [{"place": place, "at": own.at, "text": own.text} for place, own in self._ranges.items()]
-        super().__init__(width=size[0], height=size[1], sliders=told)
+        shown = [{"place": place, "at": slider.at, "text": slider.text} for place, slider in self._ranges.items()]
+        super().__init__(width=size[0], height=size[1], sliders=shown)
         self.on_msg(self._hear)
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
@@ -85,9 +85,9 @@ class Explorer(anywidget.AnyWidget):
             elif kind == "home":
                 self._eye = _Eye(self._home)
             elif kind == "slide":
-                own = self._ranges[message["place"]]
-                own.move(float(message["at"]))
-                self.send({"type": "slid", "place": own.place, "text": own.text})
+                slider = self._ranges[message["place"]]
+                slider.move(float(message["at"]))
+                self.send({"type": "slid", "place": slider.place, "text": slider.text})
         self._changed()
 
     def close(self) -> None:
@@ -197,8 +197,8 @@ class _Range:
         if unit != self._unit or not self._low < self._high:
             raise scene_error(place, f"a slider must range from a smaller to a larger value of the same unit, not from {low} to {high}")
         self._by_ratio = self._low > 0 and self._high / self._low >= 4
-        own = self._owner._nodes().get(self._key)
-        value, own_unit = parsed(own) if own is not None else (self._low, self._unit)
+        setting = self._owner._nodes().get(self._key)
+        value, own_unit = parsed(setting) if setting is not None else (self._low, self._unit)
         self._value = value if own_unit == self._unit else self._low
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _barnard
-from ._progress import Listener, told
+from ._progress import Listener, listening
 from .image import Image
 
 
@@ -106,5 +106,5 @@ class Exposures:
         KeyboardInterrupt
             After Ctrl-C.
         """
-        with told(progress) as listener:
+        with listening(progress) as listener:
             return Image(self._native.master(progress=listener))

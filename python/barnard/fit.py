@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _barnard
-from ._progress import Listener, told
+from ._progress import Listener, listening
 from ._tree import tree_of
 from .free import Free, FreeKeys, rows_of
 from .image import Image
@@ -56,7 +56,7 @@ class Fit:
         self.converged: bool = found["converged"]
         self.degenerate: list[str] = [keys[i] for i in found["degenerate"]]
         self.bounded: list[str] = [keys[i] for i in found["bounded"]]
-        self.residuals: list[Image] = [Image(own) for own in found["residuals"]]
+        self.residuals: list[Image] = [Image(native) for native in found["residuals"]]
         if found["chi2_warning"]:
             warnings.warn(found["chi2_warning"], stacklevel=4)
 
@@ -209,7 +209,7 @@ class FitModel:
             After Ctrl-C.
         """
         values = self._numbers(self.start if start is None else start)
-        with told(progress) as listener:
+        with listening(progress) as listener:
             return Fit(self.keys, self.units, self._native.fit(values, progress=listener))
 
 
@@ -232,11 +232,11 @@ def _source(number: int, image: Any, beside: dict[str, Any]) -> Any:
     name = f"image {number}"
     if isinstance(image, Image):
         picture, values = image._native, None
-        shape = (len(picture.radiances), *image.shape)
+        shape = (len(picture.radiances), *image.shape[1:])
     else:
         picture, values = None, _planes(image, name, None)
         shape = values.shape
-    sigma, mask = (None if own is None else _planes(own, f"{of} of {name}", shape) for of, own in beside.items())
+    sigma, mask = (None if plane is None else _planes(plane, f"{what} of {name}", shape) for what, plane in beside.items())
     return _barnard.fit_pixels(name, picture, values, sigma, None if mask is None else mask != 0)
 
 
@@ -258,9 +258,9 @@ def observations(images: list[tuple[Any, Mapping[str, Any]]], empty: Any, beside
     """Source, tree of overrides and assumptions of each image; `empty` makes a scene from keywords."""
     found = []
     for number, (image, parts) in enumerate(images):
-        own = {name: parts.get(name, value) for name, value in beside.items()}
+        stated = {name: parts.get(name, value) for name, value in beside.items()}
         tree = tree_of(empty(**{name: part for name, part in parts.items() if name not in BESIDE}))
-        found.append((_source(number, image, own), tree, assumed))
+        found.append((_source(number, image, stated), tree, assumed))
     return found
 
 

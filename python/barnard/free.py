@@ -55,10 +55,10 @@ def rows_of(free: FreeKeys, tree: dict[str, Any]) -> list[Row]:
 
 
 def _row(key: str, value: Free | tuple[Any, Any] | None, unit: str) -> Row:
-    own = value if isinstance(value, Free) else Free(*(value or ()))
-    low = -np.inf if own.low is None else _number(own.low, unit, key)
-    high = np.inf if own.high is None else _number(own.high, unit, key)
-    prior = None if own.prior is None else (_number(own.prior[0], unit, key), _number(own.prior[1], unit, key))
+    free = value if isinstance(value, Free) else Free(*(value or ()))
+    low = -np.inf if free.low is None else _number(free.low, unit, key)
+    high = np.inf if free.high is None else _number(free.high, unit, key)
+    prior = None if free.prior is None else (_number(free.prior[0], unit, key), _number(free.prior[1], unit, key))
     return key, low, high, prior
 
 
@@ -66,12 +66,12 @@ def _number(value: Any, unit: str, key: str) -> float:
     """The number of a value in a unit."""
     try:
         if isinstance(value, str):
-            number, own = parsed(value)
-            if own in ("", unit):
+            number, stated = parsed(value)
+            if stated in ("", unit):
                 return number
             from astropy.units import Quantity
 
-            value = Quantity(number, spelled(own))
+            value = Quantity(number, spelled(stated))
         if has_unit(value):
             return float(value.to_value(spelled(unit)))
         return float(value)

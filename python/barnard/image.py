@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _barnard
-from ._progress import Listener, told
+from ._progress import Listener, listening
 from ._report import Certificate, Report, report_of
 from ._table import table_of
 from .tables import Display, Instrument
@@ -49,9 +49,10 @@ class Image:
         return self._native.bands
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """(height, width) in pixels."""
-        return self._native.shape
+    def shape(self) -> tuple[int, int, int]:
+        """(bands, height, width), that of `radiance` and of `np.asarray(image)`."""
+        height, width = self._native.shape
+        return len(self.bands), height, width
 
     @property
     def radiance(self) -> np.ndarray:
@@ -164,7 +165,7 @@ class Image:
         from astropy.wcs import WCS
 
         wcs = next(WCS(hdu.header) for hdu in self.hdus if hdu.header["NAXIS"] == 2)
-        wcs.wcs.crpix = [wcs.wcs.crpix[0], self.shape[0] + 1 - wcs.wcs.crpix[1]]
+        wcs.wcs.crpix = [wcs.wcs.crpix[0], self.shape[1] + 1 - wcs.wcs.crpix[1]]
         wcs.wcs.pc = wcs.wcs.get_pc() * np.array([[1.0, -1.0]])
         wcs.wcs.set()
         return wcs
@@ -176,7 +177,7 @@ class Image:
         """
         import xarray
 
-        height, width = self.shape
+        _, height, width = self.shape
         scale = self._native.pixel_scale
         step, unit = scale if scale is not None else (1.0, "pixel")
         right, up = self._native.axis
@@ -211,7 +212,7 @@ class Image:
         from .exposures import Exposures
 
         tree = None if instrument is None else table_of(Instrument, instrument, "instrument")._nodes()
-        with told(progress) as listener:
+        with listening(progress) as listener:
             native = _barnard.observe(self._native, tree, progress=listener)
         return Exposures(native, [self.bands[number] for number in self._native.radiances], (self, tree))
 
@@ -245,7 +246,7 @@ class Image:
         self._native.write(os.fspath(path))
 
     def __repr__(self) -> str:
-        height, width = self.shape
+        _, height, width = self.shape
         return f"Image({width} x {height}, {', '.join(self.bands)})"
 
     def _repr_html_(self) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from . import _barnard
-from ._progress import Listener, told
+from ._progress import Listener, listening
 from ._report import Certificate, Report, report_of
 from ._rows import ROWS, scene_error
 from ._session import Session
@@ -124,7 +124,7 @@ class Plan:
         camera = self._session.tree.get("camera") if camera is None else camera
         moved = self._check(camera)
         session, plan = self._session, self._plan
-        with told(progress) as listener:
+        with listening(progress) as listener:
             if moved:
                 session = self._owner._session(camera)
                 plan = plan.look_from(session.scene, progress=listener)

@@ -13,7 +13,7 @@ import numpy as np
 from . import _barnard
 from ._field import Field, Sampled
 from ._files import replace
-from ._progress import Listener, told
+from ._progress import Listener, listening
 from ._rows import scene_error, unknown_key
 from ._table import Table, checked, copied, table_of
 from ._session import Session
@@ -178,8 +178,8 @@ class Scene:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{name}={getattr(self, name)!r}" for name in PARTS if getattr(self, name))
-        return f"Scene({said})"
+        parts = ", ".join(f"{name}={getattr(self, name)!r}" for name in PARTS if getattr(self, name))
+        return f"Scene({parts})"
 
     # The tree of a scene file.
 
@@ -345,7 +345,7 @@ class Scene:
         # Where nothing changed since, the plan of before is this one.
         if self._planned is not None and self._planned._session is session and self._planned._backend == backend:
             return self._planned
-        with told(progress) as listener:
+        with listening(progress) as listener:
             plan = _barnard.plan(session.scene, self._plan.get(backend), backend, session.limit, progress=listener)
         self._plan = {backend: plan}
         self._planned = Plan(self, session, plan, backend)
@@ -369,7 +369,7 @@ class Scene:
             After Ctrl-C.
         """
         session = self._session()
-        with told(progress) as listener:
+        with listening(progress) as listener:
             return Plates(_barnard.plates(session.scene, wavelengths(range), (dust[0], dust[1]), self._plan.get("cpu"), session.limit, progress=listener))
 
     def fit_model(
@@ -406,7 +406,7 @@ class Scene:
         SceneError
             If images cannot be read or have other pixels, passbands or units, or a free key has no number.
         """
-        with told(progress) as listener:
+        with listening(progress) as listener:
             return model_of(self, free, to, {"sigma": sigma, "mask": mask}, assume, listener)
 
     def fit(
@@ -464,9 +464,9 @@ class Scene:
         options = backend_options(backend, accuracy, samples, target_error, seed)
         if backend in ("path", "reference"):
             session = self._session(camera)
-            with told(progress) as listener:
+            with listening(progress) as listener:
                 return Image(_barnard.render(session.scene, None, backend, options, session.limit, progress=listener))
-        with told(progress) as listener:
+        with listening(progress) as listener:
             plan = self.plan(camera, backend=backend, progress=listener)
             return plan._render(plan._session, plan._plan, listener)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from . import _barnard
-from ._progress import Listener, told
+from ._progress import Listener, listening
 from .image import Image
 from .plan import PlanError, backend_options
 
@@ -85,7 +85,7 @@ class FrameSequence:
         self._check()
         options = backend_options(backend, accuracy, samples, target_error, seed)
         sequence = self._sequence()
-        with told(progress) as listener:
+        with listening(progress) as listener:
             return Image(sequence.render(int(number), backend, options, self._session.limit, progress=listener))
 
     def __reduce__(self):

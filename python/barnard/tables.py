@@ -13,7 +13,7 @@ from typing import Any, Literal, Union
 from numpy.typing import ArrayLike
 
 from ._field import Field, Sampled
-from ._table import Table, checked
+from ._table import Table, renamed
 
 #: A value with its unit: of astropy, of unyt, or a text such as "0.4 pc".
 Quantity = Union[str, Any]
@@ -637,19 +637,8 @@ class Camera(Table):
         )
 
 
-def perspective(
-    position: Position,
-    field_of_view: Quantity,
-    *,
-    target: Position | None = None,
-    up: Sequence[float] | None = None,
-    size: int | Sequence[int] | None = None,
-    crop: Sequence[float] | None = None,
-    supersampling: int | None = None,
-    stereo: Stereo | None = None,
-    path: CameraPath | None = None,
-) -> Camera:
-    """A camera: all rays from one point.
+class PerspectiveCamera(Camera):
+    """All rays from one point.
 
     Parameters
     ----------
@@ -671,37 +660,48 @@ def perspective(
         Camera path, [camera.path].
     field_of_view : angle above zero and below 180 deg
         Horizontal field of view.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
-    return Camera(
-        "perspective",
-        position=position,
-        target=target,
-        up=up,
-        size=size,
-        crop=crop,
-        supersampling=supersampling,
-        stereo=stereo,
-        path=path,
-        field_of_view=field_of_view,
-    )
+
+    _path = "camera"
+    _kind = "perspective"
+
+    def __init__(
+        self,
+        position: Position,
+        field_of_view: Quantity,
+        *,
+        target: Position | None = None,
+        up: Sequence[float] | None = None,
+        size: int | Sequence[int] | None = None,
+        crop: Sequence[float] | None = None,
+        supersampling: int | None = None,
+        stereo: Stereo | None = None,
+        path: CameraPath | None = None,
+    ):
+        Table.__init__(
+            self,
+            position=position,
+            target=target,
+            up=up,
+            size=size,
+            crop=crop,
+            supersampling=supersampling,
+            stereo=stereo,
+            path=path,
+            field_of_view=field_of_view,
+        )
 
 
-perspective = checked(perspective, "camera")
+perspective = renamed("perspective", PerspectiveCamera)
 
 
-def orthographic(
-    position: Position,
-    width: Quantity,
-    *,
-    target: Position | None = None,
-    up: Sequence[float] | None = None,
-    size: int | Sequence[int] | None = None,
-    crop: Sequence[float] | None = None,
-    supersampling: int | None = None,
-    stereo: Stereo | None = None,
-    path: CameraPath | None = None,
-) -> Camera:
-    """A camera: parallel rays, starting on the image plane.
+class OrthographicCamera(Camera):
+    """Parallel rays, starting on the image plane.
 
     Parameters
     ----------
@@ -723,38 +723,48 @@ def orthographic(
         Camera path, [camera.path].
     width : length above zero
         Width of the image.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
-    return Camera(
-        "orthographic",
-        position=position,
-        target=target,
-        up=up,
-        size=size,
-        crop=crop,
-        supersampling=supersampling,
-        stereo=stereo,
-        path=path,
-        width=width,
-    )
+
+    _path = "camera"
+    _kind = "orthographic"
+
+    def __init__(
+        self,
+        position: Position,
+        width: Quantity,
+        *,
+        target: Position | None = None,
+        up: Sequence[float] | None = None,
+        size: int | Sequence[int] | None = None,
+        crop: Sequence[float] | None = None,
+        supersampling: int | None = None,
+        stereo: Stereo | None = None,
+        path: CameraPath | None = None,
+    ):
+        Table.__init__(
+            self,
+            position=position,
+            target=target,
+            up=up,
+            size=size,
+            crop=crop,
+            supersampling=supersampling,
+            stereo=stereo,
+            path=path,
+            width=width,
+        )
 
 
-orthographic = checked(orthographic, "camera")
+orthographic = renamed("orthographic", OrthographicCamera)
 
 
-def fisheye(
-    position: Position,
-    *,
-    target: Position | None = None,
-    up: Sequence[float] | None = None,
-    size: int | Sequence[int] | None = None,
-    crop: Sequence[float] | None = None,
-    supersampling: int | None = None,
-    stereo: Stereo | None = None,
-    path: CameraPath | None = None,
-    aperture: Quantity | None = None,
-    tilt: Quantity | None = None,
-) -> Camera:
-    """A camera: dome master: equidistant, black outside of the circle, front of the audience at the bottom.
+class FisheyeCamera(Camera):
+    """Dome master: equidistant, black outside of the circle, front of the audience at the bottom.
 
     Parameters
     ----------
@@ -778,37 +788,50 @@ def fisheye(
         Angle across the circle.
     tilt : angle between 0 and 180 deg, default 0 deg
         Tilt of the image centre from up towards the target, at 90 deg the target is in the centre.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
-    return Camera(
-        "fisheye",
-        position=position,
-        target=target,
-        up=up,
-        size=size,
-        crop=crop,
-        supersampling=supersampling,
-        stereo=stereo,
-        path=path,
-        aperture=aperture,
-        tilt=tilt,
-    )
+
+    _path = "camera"
+    _kind = "fisheye"
+
+    def __init__(
+        self,
+        position: Position,
+        *,
+        target: Position | None = None,
+        up: Sequence[float] | None = None,
+        size: int | Sequence[int] | None = None,
+        crop: Sequence[float] | None = None,
+        supersampling: int | None = None,
+        stereo: Stereo | None = None,
+        path: CameraPath | None = None,
+        aperture: Quantity | None = None,
+        tilt: Quantity | None = None,
+    ):
+        Table.__init__(
+            self,
+            position=position,
+            target=target,
+            up=up,
+            size=size,
+            crop=crop,
+            supersampling=supersampling,
+            stereo=stereo,
+            path=path,
+            aperture=aperture,
+            tilt=tilt,
+        )
 
 
-fisheye = checked(fisheye, "camera")
+fisheye = renamed("fisheye", FisheyeCamera)
 
 
-def equirectangular(
-    position: Position,
-    *,
-    target: Position | None = None,
-    up: Sequence[float] | None = None,
-    size: int | Sequence[int] | None = None,
-    crop: Sequence[float] | None = None,
-    supersampling: int | None = None,
-    stereo: Stereo | None = None,
-    path: CameraPath | None = None,
-) -> Camera:
-    """A camera: 360° image, longitude by latitude, target in the centre; twice as wide as high.
+class EquirectangularCamera(Camera):
+    """360° image, longitude by latitude, target in the centre; twice as wide as high.
 
     Parameters
     ----------
@@ -828,35 +851,46 @@ def equirectangular(
         Stereo, [camera.stereo].
     path : table, default a static camera
         Camera path, [camera.path].
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
-    return Camera(
-        "equirectangular",
-        position=position,
-        target=target,
-        up=up,
-        size=size,
-        crop=crop,
-        supersampling=supersampling,
-        stereo=stereo,
-        path=path,
-    )
+
+    _path = "camera"
+    _kind = "equirectangular"
+
+    def __init__(
+        self,
+        position: Position,
+        *,
+        target: Position | None = None,
+        up: Sequence[float] | None = None,
+        size: int | Sequence[int] | None = None,
+        crop: Sequence[float] | None = None,
+        supersampling: int | None = None,
+        stereo: Stereo | None = None,
+        path: CameraPath | None = None,
+    ):
+        Table.__init__(
+            self,
+            position=position,
+            target=target,
+            up=up,
+            size=size,
+            crop=crop,
+            supersampling=supersampling,
+            stereo=stereo,
+            path=path,
+        )
 
 
-equirectangular = checked(equirectangular, "camera")
+equirectangular = renamed("equirectangular", EquirectangularCamera)
 
 
-def cubemap(
-    position: Position,
-    *,
-    target: Position | None = None,
-    up: Sequence[float] | None = None,
-    size: int | Sequence[int] | None = None,
-    crop: Sequence[float] | None = None,
-    supersampling: int | None = None,
-    stereo: Stereo | None = None,
-    path: CameraPath | None = None,
-) -> Camera:
-    """A camera: 360° image, six faces of a cube above each other, as in OpenEXR environment maps; six times as high as wide.
+class CubemapCamera(Camera):
+    """360° image, six faces of a cube above each other, as in OpenEXR environment maps; six times as high as wide.
 
     Parameters
     ----------
@@ -876,21 +910,42 @@ def cubemap(
         Stereo, [camera.stereo].
     path : table, default a static camera
         Camera path, [camera.path].
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
     """
-    return Camera(
-        "cubemap",
-        position=position,
-        target=target,
-        up=up,
-        size=size,
-        crop=crop,
-        supersampling=supersampling,
-        stereo=stereo,
-        path=path,
-    )
+
+    _path = "camera"
+    _kind = "cubemap"
+
+    def __init__(
+        self,
+        position: Position,
+        *,
+        target: Position | None = None,
+        up: Sequence[float] | None = None,
+        size: int | Sequence[int] | None = None,
+        crop: Sequence[float] | None = None,
+        supersampling: int | None = None,
+        stereo: Stereo | None = None,
+        path: CameraPath | None = None,
+    ):
+        Table.__init__(
+            self,
+            position=position,
+            target=target,
+            up=up,
+            size=size,
+            crop=crop,
+            supersampling=supersampling,
+            stereo=stereo,
+            path=path,
+        )
 
 
-cubemap = checked(cubemap, "camera")
+cubemap = renamed("cubemap", CubemapCamera)
 
 
 class Albedo(Table):
@@ -940,6 +995,77 @@ class Albedo(Table):
         column: str | None = None,
     ):
         super().__init__(kind=kind, value=value, slope=slope, at=at, file=file, unit=unit, column=column)
+
+
+class ConstantAlbedo(Albedo):
+    """Constant over wavelength; short form: albedo = 0.6.
+
+    Parameters
+    ----------
+    value : number between 0 and 1
+        The albedo.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.albedo"
+    _kind = "constant"
+
+    def __init__(self, value: float):
+        Table.__init__(self, value=value)
+
+
+class LinearAlbedo(Albedo):
+    """Value + slope (lambda - at)/100 nm, clipped to 0 to 1.
+
+    Parameters
+    ----------
+    value : number between 0 and 1
+        Albedo at the wavelength `at`.
+    slope : number between -1 and 1, default 0
+        Change per 100 nm.
+    at : wavelength above zero, default 550 nm
+        Wavelength of the value.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.albedo"
+    _kind = "linear"
+
+    def __init__(self, value: float, *, slope: float | None = None, at: Quantity | None = None):
+        Table.__init__(self, value=value, slope=slope, at=at)
+
+
+class FileAlbedo(Albedo):
+    """From a file of wavelength and albedo.
+
+    Parameters
+    ----------
+    file : path
+        Text, ECSV, VOTable or FITS table of wavelength and albedo.
+    unit : text, default the file's own
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1".
+    column : text, default the only one, or the one named like its quantity
+        Name or number of the file's column to read.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.albedo"
+    _kind = "file"
+
+    def __init__(self, file: Path, *, unit: str | None = None, column: str | None = None):
+        Table.__init__(self, file=file, unit=unit, column=column)
 
 
 class Phase(Table):
@@ -994,6 +1120,132 @@ class Phase(Table):
         file: Path | None = None,
     ):
         super().__init__(kind=kind, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha, file=file)
+
+
+class IsotropicPhase(Phase):
+    """The same in all directions.
+
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.phase"
+    _kind = "isotropic"
+
+    def __init__(self):
+        Table.__init__(self)
+
+
+class HenyeyGreensteinPhase(Phase):
+    """Henyey & Greenstein 1941 with mean cosine g(lambda).
+
+    Parameters
+    ----------
+    g : number between -0.999 and 0.999, default the law's own
+        Mean cosine.
+    g_file : path, default none
+        Text, ECSV, VOTable or FITS table of wavelength and g.
+    unit : text, default the file's own
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1".
+    column : text, default the only one, or the one named like its quantity
+        Name or number of the file's column to read.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.phase"
+    _kind = "henyey_greenstein"
+
+    def __init__(
+        self,
+        *,
+        g: float | None = None,
+        g_file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
+    ):
+        Table.__init__(self, g=g, g_file=g_file, unit=unit, column=column)
+
+
+class DrainePhase(Phase):
+    """Draine 2003 with g(lambda) and alpha: between Rayleigh and Henyey-Greenstein.
+
+    Parameters
+    ----------
+    g : number between -0.999 and 0.999, default the law's own
+        Shape parameter.
+    g_file : path, default none
+        Text, ECSV, VOTable or FITS table of wavelength and g.
+    unit : text, default the file's own
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1".
+    column : text, default the only one, or the one named like its quantity
+        Name or number of the file's column to read.
+    alpha : number between 0 and 1000, default 1
+        0 is Henyey-Greenstein, 1 with g = 0 is Rayleigh.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.phase"
+    _kind = "draine"
+
+    def __init__(
+        self,
+        *,
+        g: float | None = None,
+        g_file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
+        alpha: float | None = None,
+    ):
+        Table.__init__(self, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha)
+
+
+class RayleighPhase(Phase):
+    """3/16pi (1 + cos2): small grains.
+
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.phase"
+    _kind = "rayleigh"
+
+    def __init__(self):
+        Table.__init__(self)
+
+
+class TabulatedPhase(Phase):
+    """From a CSV of cos theta and p for one or more wavelengths.
+
+    Parameters
+    ----------
+    file : path
+        The CSV.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "dust.phase"
+    _kind = "tabulated"
+
+    def __init__(self, file: Path):
+        Table.__init__(self, file=file)
 
 
 class Dust(Table):
@@ -1168,6 +1420,422 @@ class Star(Table):
         )
 
 
+class BlackbodyStar(Star):
+    """Planck function of a temperature.
+
+    Parameters
+    ----------
+    name : text, default star N
+        Its name.
+    position : position
+        Where it is.
+    visible : boolean, default true
+        Draw the star itself as an unresolved source.
+    luminosity : luminosity above zero, exactly one scale is required
+        Bolometric luminosity.
+    radius : length above zero, exactly one scale is required
+        Radius, for black bodies and atmospheres, such as "9.9 Rsun".
+    spectral_luminosity : spectral luminosity above zero, exactly one scale is required
+        Luminosity per wavelength at `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of spectral_luminosity.
+    magnitude : magnitude, exactly one scale is required
+        Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
+    extinction : magnitude at least zero, default 0 mag
+        A_V between the star and the observer of its magnitude; it is removed.
+    extinction_law : text, default gordon23
+        Extinction law of that dust, with R_V = 3.1 where it applies.
+    magnitude_band : text, default johnson-V
+        An embedded passband.
+    distance : length above zero, required with magnitude
+        Distance of the observer of the magnitude.
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
+    temperature : temperature between 1 and 1e9 K
+        Effective temperature.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "star"
+    _kind = "blackbody"
+
+    def __init__(
+        self,
+        position: Position,
+        temperature: Quantity,
+        *,
+        name: str | None = None,
+        visible: bool | None = None,
+        luminosity: Quantity | None = None,
+        radius: Quantity | None = None,
+        spectral_luminosity: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        magnitude: Quantity | None = None,
+        extinction: Quantity | None = None,
+        extinction_law: str | None = None,
+        magnitude_band: str | None = None,
+        distance: Quantity | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            position=position,
+            visible=visible,
+            luminosity=luminosity,
+            radius=radius,
+            spectral_luminosity=spectral_luminosity,
+            wavelength=wavelength,
+            magnitude=magnitude,
+            extinction=extinction,
+            extinction_law=extinction_law,
+            magnitude_band=magnitude_band,
+            distance=distance,
+            magnitude_system=magnitude_system,
+            temperature=temperature,
+        )
+
+
+class StellarStar(Star):
+    """Spectrum of a spectral type (library of Pickles 1998, interpolated between types).
+
+    Parameters
+    ----------
+    name : text, default star N
+        Its name.
+    position : position
+        Where it is.
+    visible : boolean, default true
+        Draw the star itself as an unresolved source.
+    luminosity : luminosity above zero, exactly one scale is required
+        Bolometric luminosity.
+    radius : length above zero, exactly one scale is required
+        Radius, for black bodies and atmospheres, such as "9.9 Rsun".
+    spectral_luminosity : spectral luminosity above zero, exactly one scale is required
+        Luminosity per wavelength at `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of spectral_luminosity.
+    magnitude : magnitude, exactly one scale is required
+        Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
+    extinction : magnitude at least zero, default 0 mag
+        A_V between the star and the observer of its magnitude; it is removed.
+    extinction_law : text, default gordon23
+        Extinction law of that dust, with R_V = 3.1 where it applies.
+    magnitude_band : text, default johnson-V
+        An embedded passband.
+    distance : length above zero, required with magnitude
+        Distance of the observer of the magnitude.
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
+    type : text
+        Spectral type in the catalogue `stars`, such as "O9.5V" or "K0 III".
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "star"
+    _kind = "stellar"
+
+    def __init__(
+        self,
+        position: Position,
+        type: str,
+        *,
+        name: str | None = None,
+        visible: bool | None = None,
+        luminosity: Quantity | None = None,
+        radius: Quantity | None = None,
+        spectral_luminosity: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        magnitude: Quantity | None = None,
+        extinction: Quantity | None = None,
+        extinction_law: str | None = None,
+        magnitude_band: str | None = None,
+        distance: Quantity | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            position=position,
+            visible=visible,
+            luminosity=luminosity,
+            radius=radius,
+            spectral_luminosity=spectral_luminosity,
+            wavelength=wavelength,
+            magnitude=magnitude,
+            extinction=extinction,
+            extinction_law=extinction_law,
+            magnitude_band=magnitude_band,
+            distance=distance,
+            magnitude_system=magnitude_system,
+            type=type,
+        )
+
+
+class AtmosphereStar(Star):
+    """Model atmosphere of a hot star (Kurucz 1993, 10000 to 50000 K).
+
+    Parameters
+    ----------
+    name : text, default star N
+        Its name.
+    position : position
+        Where it is.
+    visible : boolean, default true
+        Draw the star itself as an unresolved source.
+    luminosity : luminosity above zero, exactly one scale is required
+        Bolometric luminosity.
+    radius : length above zero, exactly one scale is required
+        Radius, for black bodies and atmospheres, such as "9.9 Rsun".
+    spectral_luminosity : spectral luminosity above zero, exactly one scale is required
+        Luminosity per wavelength at `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of spectral_luminosity.
+    magnitude : magnitude, exactly one scale is required
+        Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
+    extinction : magnitude at least zero, default 0 mag
+        A_V between the star and the observer of its magnitude; it is removed.
+    extinction_law : text, default gordon23
+        Extinction law of that dust, with R_V = 3.1 where it applies.
+    magnitude_band : text, default johnson-V
+        An embedded passband.
+    distance : length above zero, required with magnitude
+        Distance of the observer of the magnitude.
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
+    temperature : temperature above zero
+        Effective temperature, 10000 to 50000 K.
+    log_g : number between -1 and 9, default 4.5
+        Surface gravity, log10 of cm s-2; hotter stars require higher values.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "star"
+    _kind = "atmosphere"
+
+    def __init__(
+        self,
+        position: Position,
+        temperature: Quantity,
+        *,
+        name: str | None = None,
+        visible: bool | None = None,
+        luminosity: Quantity | None = None,
+        radius: Quantity | None = None,
+        spectral_luminosity: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        magnitude: Quantity | None = None,
+        extinction: Quantity | None = None,
+        extinction_law: str | None = None,
+        magnitude_band: str | None = None,
+        distance: Quantity | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
+        log_g: float | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            position=position,
+            visible=visible,
+            luminosity=luminosity,
+            radius=radius,
+            spectral_luminosity=spectral_luminosity,
+            wavelength=wavelength,
+            magnitude=magnitude,
+            extinction=extinction,
+            extinction_law=extinction_law,
+            magnitude_band=magnitude_band,
+            distance=distance,
+            magnitude_system=magnitude_system,
+            temperature=temperature,
+            log_g=log_g,
+        )
+
+
+class PowerLawStar(Star):
+    """(lambda/reference)^exponent.
+
+    Parameters
+    ----------
+    name : text, default star N
+        Its name.
+    position : position
+        Where it is.
+    visible : boolean, default true
+        Draw the star itself as an unresolved source.
+    luminosity : luminosity above zero, exactly one scale is required
+        Bolometric luminosity.
+    radius : length above zero, exactly one scale is required
+        Radius, for black bodies and atmospheres, such as "9.9 Rsun".
+    spectral_luminosity : spectral luminosity above zero, exactly one scale is required
+        Luminosity per wavelength at `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of spectral_luminosity.
+    magnitude : magnitude, exactly one scale is required
+        Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
+    extinction : magnitude at least zero, default 0 mag
+        A_V between the star and the observer of its magnitude; it is removed.
+    extinction_law : text, default gordon23
+        Extinction law of that dust, with R_V = 3.1 where it applies.
+    magnitude_band : text, default johnson-V
+        An embedded passband.
+    distance : length above zero, required with magnitude
+        Distance of the observer of the magnitude.
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
+    exponent : number between -50 and 50
+        Exponent in wavelength.
+    reference : wavelength above zero, default 550 nm
+        Wavelength of strength 1.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "star"
+    _kind = "power_law"
+
+    def __init__(
+        self,
+        position: Position,
+        exponent: float,
+        *,
+        name: str | None = None,
+        visible: bool | None = None,
+        luminosity: Quantity | None = None,
+        radius: Quantity | None = None,
+        spectral_luminosity: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        magnitude: Quantity | None = None,
+        extinction: Quantity | None = None,
+        extinction_law: str | None = None,
+        magnitude_band: str | None = None,
+        distance: Quantity | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
+        reference: Quantity | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            position=position,
+            visible=visible,
+            luminosity=luminosity,
+            radius=radius,
+            spectral_luminosity=spectral_luminosity,
+            wavelength=wavelength,
+            magnitude=magnitude,
+            extinction=extinction,
+            extinction_law=extinction_law,
+            magnitude_band=magnitude_band,
+            distance=distance,
+            magnitude_system=magnitude_system,
+            exponent=exponent,
+            reference=reference,
+        )
+
+
+class FileStar(Star):
+    """From a file of wavelength and flux.
+
+    Parameters
+    ----------
+    name : text, default star N
+        Its name.
+    position : position
+        Where it is.
+    visible : boolean, default true
+        Draw the star itself as an unresolved source.
+    luminosity : luminosity above zero, exactly one scale is required
+        Bolometric luminosity.
+    radius : length above zero, exactly one scale is required
+        Radius, for black bodies and atmospheres, such as "9.9 Rsun".
+    spectral_luminosity : spectral luminosity above zero, exactly one scale is required
+        Luminosity per wavelength at `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of spectral_luminosity.
+    magnitude : magnitude, exactly one scale is required
+        Apparent magnitude in `magnitude_band` at `distance`, dimmed by `extinction`.
+    extinction : magnitude at least zero, default 0 mag
+        A_V between the star and the observer of its magnitude; it is removed.
+    extinction_law : text, default gordon23
+        Extinction law of that dust, with R_V = 3.1 where it applies.
+    magnitude_band : text, default johnson-V
+        An embedded passband.
+    distance : length above zero, required with magnitude
+        Distance of the observer of the magnitude.
+    magnitude_system : vega or ab, default vega; required for passbands without conventional Vega magnitudes
+        Zero point of magnitudes.
+    file : path
+        Text, ECSV, VOTable or FITS table of wavelength and flux density.
+    unit : text, default the file's own
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1".
+    column : text, default the only one, or the one named like its quantity
+        Name or number of the file's column to read.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "star"
+    _kind = "file"
+
+    def __init__(
+        self,
+        position: Position,
+        file: Path,
+        *,
+        name: str | None = None,
+        visible: bool | None = None,
+        luminosity: Quantity | None = None,
+        radius: Quantity | None = None,
+        spectral_luminosity: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        magnitude: Quantity | None = None,
+        extinction: Quantity | None = None,
+        extinction_law: str | None = None,
+        magnitude_band: str | None = None,
+        distance: Quantity | None = None,
+        magnitude_system: Literal["vega", "ab"] | None = None,
+        unit: str | None = None,
+        column: str | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            position=position,
+            visible=visible,
+            luminosity=luminosity,
+            radius=radius,
+            spectral_luminosity=spectral_luminosity,
+            wavelength=wavelength,
+            magnitude=magnitude,
+            extinction=extinction,
+            extinction_law=extinction_law,
+            magnitude_band=magnitude_band,
+            distance=distance,
+            magnitude_system=magnitude_system,
+            file=file,
+            unit=unit,
+            column=column,
+        )
+
+
 class StarTable(Table):
     """Stars of a CSV file, one per row. Columns have the names of [[star]] keys, with x, y and z for `position`; units
     may follow the name, as in `temperature [K]`, or, except for positions, be in the cell. Defaults are pc for
@@ -1324,6 +1992,299 @@ class Emission(Table):
             electron_density=electron_density,
             abundance=abundance,
             list=list,
+            file=file,
+            unit=unit,
+            column=column,
+        )
+
+
+class LinesEmission(Emission):
+    """Lines of given strengths, with or without a power-law continuum.
+
+    Parameters
+    ----------
+    name : text, default emission N
+        Its name.
+    density : expression
+        Density, an expression of fields such as "n_H^2 * x_ion^2".
+    doppler_fwhm : velocity at least zero and below 29979.2458 km/s, default 0 km/s
+        Full width at half maximum of the lines.
+    velocity : text or list of texts, default at rest
+        Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
+        Doppler-shifted as seen from the scene's camera.
+    velocity_step : velocity above zero, default 10 km/s
+        Velocity resolution; use half of a channel or less.
+    scale : emission coefficient above zero
+        Emission coefficient at density 1 and spectral strength 1, such as "1e-25 W/m3/sr".
+    lines : list of tables
+        { wavelength = "656.46 nm", strength = 3 }, wavelength in vacuum, strength integrated over the line.
+    continuum : number at least zero, default 0
+        Strength per nm at `continuum_at`.
+    continuum_at : wavelength above zero, default 550 nm
+        Wavelength of that strength.
+    continuum_exponent : number between -50 and 50, default 0
+        Exponent of the continuum in wavelength.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "emission"
+    _kind = "lines"
+
+    def __init__(
+        self,
+        density: str,
+        scale: Quantity,
+        lines: Sequence[dict[str, Any]],
+        *,
+        name: str | None = None,
+        doppler_fwhm: Quantity | None = None,
+        velocity: str | Sequence[str] | None = None,
+        velocity_step: Quantity | None = None,
+        continuum: float | None = None,
+        continuum_at: Quantity | None = None,
+        continuum_exponent: float | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            density=density,
+            doppler_fwhm=doppler_fwhm,
+            velocity=velocity,
+            velocity_step=velocity_step,
+            scale=scale,
+            lines=lines,
+            continuum=continuum,
+            continuum_at=continuum_at,
+            continuum_exponent=continuum_exponent,
+        )
+
+
+class IonEmission(Emission):
+    """All lines of an ion from its emissivities; the density is n_e n_H in cm-6.
+
+    Parameters
+    ----------
+    name : text, default emission N
+        Its name.
+    density : expression
+        Density, an expression of fields such as "n_H^2 * x_ion^2".
+    doppler_fwhm : velocity at least zero and below 29979.2458 km/s, default 0 km/s
+        Full width at half maximum of the lines.
+    velocity : text or list of texts, default at rest
+        Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
+        Doppler-shifted as seen from the scene's camera.
+    velocity_step : velocity above zero, default 10 km/s
+        Velocity resolution; use half of a channel or less.
+    ion : text
+        Name in the catalogue `ions`, such as "H1", "O3", "N2", "S2".
+    temperature : temperature above zero
+        Electron temperature, 5000 to 20000 K.
+    electron_density : number density above zero
+        Electron density for collisional de-excitation, 10 to 1e5 cm-3.
+    abundance : number between 0 and 1000, default 1
+        n_ion / n_H.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "emission"
+    _kind = "ion"
+
+    def __init__(
+        self,
+        density: str,
+        ion: str,
+        temperature: Quantity,
+        electron_density: Quantity,
+        *,
+        name: str | None = None,
+        doppler_fwhm: Quantity | None = None,
+        velocity: str | Sequence[str] | None = None,
+        velocity_step: Quantity | None = None,
+        abundance: float | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            density=density,
+            doppler_fwhm=doppler_fwhm,
+            velocity=velocity,
+            velocity_step=velocity_step,
+            ion=ion,
+            temperature=temperature,
+            electron_density=electron_density,
+            abundance=abundance,
+        )
+
+
+class RecombinationEmission(Emission):
+    """Hydrogen continuum (free-bound, free-free, two-photon); the density is n_e n_H+ in cm-6.
+
+    Parameters
+    ----------
+    name : text, default emission N
+        Its name.
+    density : expression
+        Density, an expression of fields such as "n_H^2 * x_ion^2".
+    doppler_fwhm : velocity at least zero and below 29979.2458 km/s, default 0 km/s
+        Full width at half maximum of the lines.
+    velocity : text or list of texts, default at rest
+        Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
+        Doppler-shifted as seen from the scene's camera.
+    velocity_step : velocity above zero, default 10 km/s
+        Velocity resolution; use half of a channel or less.
+    temperature : temperature above zero
+        Electron temperature, 6000 to 15000 K.
+    electron_density : number density above zero
+        100 to 1e4 cm-3.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "emission"
+    _kind = "recombination"
+
+    def __init__(
+        self,
+        density: str,
+        temperature: Quantity,
+        electron_density: Quantity,
+        *,
+        name: str | None = None,
+        doppler_fwhm: Quantity | None = None,
+        velocity: str | Sequence[str] | None = None,
+        velocity_step: Quantity | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            density=density,
+            doppler_fwhm=doppler_fwhm,
+            velocity=velocity,
+            velocity_step=velocity_step,
+            temperature=temperature,
+            electron_density=electron_density,
+        )
+
+
+class LineListEmission(Emission):
+    """A model nebula's lines relative to H-beta.
+
+    Parameters
+    ----------
+    name : text, default emission N
+        Its name.
+    density : expression
+        Density, an expression of fields such as "n_H^2 * x_ion^2".
+    doppler_fwhm : velocity at least zero and below 29979.2458 km/s, default 0 km/s
+        Full width at half maximum of the lines.
+    velocity : text or list of texts, default at rest
+        Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
+        Doppler-shifted as seen from the scene's camera.
+    velocity_step : velocity above zero, default 10 km/s
+        Velocity resolution; use half of a channel or less.
+    scale : emission coefficient above zero
+        Emission coefficient at density 1 and spectral strength 1, such as "1e-25 W/m3/sr".
+    list : text
+        Name in the catalogue `line-lists`.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "emission"
+    _kind = "line_list"
+
+    def __init__(
+        self,
+        density: str,
+        scale: Quantity,
+        list: str,
+        *,
+        name: str | None = None,
+        doppler_fwhm: Quantity | None = None,
+        velocity: str | Sequence[str] | None = None,
+        velocity_step: Quantity | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            density=density,
+            doppler_fwhm=doppler_fwhm,
+            velocity=velocity,
+            velocity_step=velocity_step,
+            scale=scale,
+            list=list,
+        )
+
+
+class FileEmission(Emission):
+    """A tabulated spectrum.
+
+    Parameters
+    ----------
+    name : text, default emission N
+        Its name.
+    density : expression
+        Density, an expression of fields such as "n_H^2 * x_ion^2".
+    doppler_fwhm : velocity at least zero and below 29979.2458 km/s, default 0 km/s
+        Full width at half maximum of the lines.
+    velocity : text or list of texts, default at rest
+        Velocity along x, y and z in km/s, three expressions such as ["20*x", "20*y", "20*z"]; lines are
+        Doppler-shifted as seen from the scene's camera.
+    velocity_step : velocity above zero, default 10 km/s
+        Velocity resolution; use half of a channel or less.
+    scale : emission coefficient above zero
+        Emission coefficient at density 1 and spectral strength 1, such as "1e-25 W/m3/sr".
+    file : path
+        Text, ECSV, VOTable or FITS table of wavelength and strength per nm.
+    unit : text, default the file's own
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1".
+    column : text, default the only one, or the one named like its quantity
+        Name or number of the file's column to read.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "emission"
+    _kind = "file"
+
+    def __init__(
+        self,
+        density: str,
+        scale: Quantity,
+        file: Path,
+        *,
+        name: str | None = None,
+        doppler_fwhm: Quantity | None = None,
+        velocity: str | Sequence[str] | None = None,
+        velocity_step: Quantity | None = None,
+        unit: str | None = None,
+        column: str | None = None,
+    ):
+        Table.__init__(
+            self,
+            name=name,
+            density=density,
+            doppler_fwhm=doppler_fwhm,
+            velocity=velocity,
+            velocity_step=velocity_step,
+            scale=scale,
             file=file,
             unit=unit,
             column=column,
@@ -1570,6 +2531,235 @@ class Background(Table):
         )
 
 
+class BlackbodyBackground(Background):
+    """Planck function of a temperature.
+
+    Parameters
+    ----------
+    radiance : spectral radiance above zero
+        At `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of the radiance.
+    stars : table, default none
+        A field of stars.
+    catalogue : table, default none
+        Stars of a CSV at their sky positions.
+    temperature : temperature between 1 and 1e9 K
+        Effective temperature.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "background"
+    _kind = "blackbody"
+
+    def __init__(
+        self,
+        *,
+        radiance: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        stars: StarField | None = None,
+        catalogue: StarCatalogue | None = None,
+        temperature: Quantity | None = None,
+    ):
+        Table.__init__(
+            self,
+            radiance=radiance,
+            wavelength=wavelength,
+            stars=stars,
+            catalogue=catalogue,
+            temperature=temperature,
+        )
+
+
+class StellarBackground(Background):
+    """Spectrum of a spectral type (library of Pickles 1998, interpolated between types).
+
+    Parameters
+    ----------
+    radiance : spectral radiance above zero
+        At `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of the radiance.
+    stars : table, default none
+        A field of stars.
+    catalogue : table, default none
+        Stars of a CSV at their sky positions.
+    type : text
+        Spectral type in the catalogue `stars`, such as "O9.5V" or "K0 III".
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "background"
+    _kind = "stellar"
+
+    def __init__(
+        self,
+        *,
+        radiance: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        stars: StarField | None = None,
+        catalogue: StarCatalogue | None = None,
+        type: str | None = None,
+    ):
+        Table.__init__(self, radiance=radiance, wavelength=wavelength, stars=stars, catalogue=catalogue, type=type)
+
+
+class AtmosphereBackground(Background):
+    """Model atmosphere of a hot star (Kurucz 1993, 10000 to 50000 K).
+
+    Parameters
+    ----------
+    radiance : spectral radiance above zero
+        At `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of the radiance.
+    stars : table, default none
+        A field of stars.
+    catalogue : table, default none
+        Stars of a CSV at their sky positions.
+    temperature : temperature above zero
+        Effective temperature, 10000 to 50000 K.
+    log_g : number between -1 and 9, default 4.5
+        Surface gravity, log10 of cm s-2; hotter stars require higher values.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "background"
+    _kind = "atmosphere"
+
+    def __init__(
+        self,
+        *,
+        radiance: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        stars: StarField | None = None,
+        catalogue: StarCatalogue | None = None,
+        temperature: Quantity | None = None,
+        log_g: float | None = None,
+    ):
+        Table.__init__(
+            self,
+            radiance=radiance,
+            wavelength=wavelength,
+            stars=stars,
+            catalogue=catalogue,
+            temperature=temperature,
+            log_g=log_g,
+        )
+
+
+class PowerLawBackground(Background):
+    """(lambda/reference)^exponent.
+
+    Parameters
+    ----------
+    radiance : spectral radiance above zero
+        At `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of the radiance.
+    stars : table, default none
+        A field of stars.
+    catalogue : table, default none
+        Stars of a CSV at their sky positions.
+    exponent : number between -50 and 50
+        Exponent in wavelength.
+    reference : wavelength above zero, default 550 nm
+        Wavelength of strength 1.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "background"
+    _kind = "power_law"
+
+    def __init__(
+        self,
+        *,
+        radiance: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        stars: StarField | None = None,
+        catalogue: StarCatalogue | None = None,
+        exponent: float | None = None,
+        reference: Quantity | None = None,
+    ):
+        Table.__init__(
+            self,
+            radiance=radiance,
+            wavelength=wavelength,
+            stars=stars,
+            catalogue=catalogue,
+            exponent=exponent,
+            reference=reference,
+        )
+
+
+class FileBackground(Background):
+    """From a file of wavelength and flux.
+
+    Parameters
+    ----------
+    radiance : spectral radiance above zero
+        At `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Wavelength of the radiance.
+    stars : table, default none
+        A field of stars.
+    catalogue : table, default none
+        Stars of a CSV at their sky positions.
+    file : path
+        Text, ECSV, VOTable or FITS table of wavelength and flux density.
+    unit : text, default the file's own
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1".
+    column : text, default the only one, or the one named like its quantity
+        Name or number of the file's column to read.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "background"
+    _kind = "file"
+
+    def __init__(
+        self,
+        *,
+        radiance: Quantity | None = None,
+        wavelength: Quantity | None = None,
+        stars: StarField | None = None,
+        catalogue: StarCatalogue | None = None,
+        file: Path | None = None,
+        unit: str | None = None,
+        column: str | None = None,
+    ):
+        Table.__init__(
+            self,
+            radiance=radiance,
+            wavelength=wavelength,
+            stars=stars,
+            catalogue=catalogue,
+            file=file,
+            unit=unit,
+            column=column,
+        )
+
+
 class Detail(Table):
     """Noise that extends the spectrum of dust and gas below their voxels where pixels resolve it, so that voxels stay
     invisible close to the cloud. It multiplies the densities seen by the camera and keeps their mean; star depths and
@@ -1751,6 +2941,241 @@ class Band(Table):
             low=low,
             high=high,
         )
+
+
+class CatalogueBand(Band):
+    """An embedded passband.
+
+    Parameters
+    ----------
+    name : text
+        Name in the output.
+    counting : energy or photon, default energy
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
+    passband : text
+        Name in the catalogue `passbands`, such as "hst-wfc3-f656n".
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "band"
+    _kind = "catalogue"
+
+    def __init__(self, name: str, passband: str, *, counting: Literal["energy", "photon"] | None = None):
+        Table.__init__(self, name=name, counting=counting, passband=passband)
+
+
+class FileBand(Band):
+    """From a file of wavelength and throughput.
+
+    Parameters
+    ----------
+    name : text
+        Name in the output.
+    counting : energy or photon, default energy
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
+    file : path
+        Text, ECSV, VOTable or FITS table of wavelength and throughput.
+    unit : text, default the file's own
+        Unit of the file's spectral axis where the file states none, such as "angstrom", "um" or "cm-1".
+    column : text, default the only one, or the one named like its quantity
+        Name or number of the file's column to read.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "band"
+    _kind = "file"
+
+    def __init__(
+        self,
+        name: str,
+        file: Path,
+        *,
+        counting: Literal["energy", "photon"] | None = None,
+        unit: str | None = None,
+        column: str | None = None,
+    ):
+        Table.__init__(self, name=name, counting=counting, file=file, unit=unit, column=column)
+
+
+class PointsBand(Band):
+    """Piecewise linear; zero outside.
+
+    Parameters
+    ----------
+    name : text
+        Name in the output.
+    counting : energy or photon, default energy
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
+    nm : list of numbers
+        Wavelengths of the points, ascending [nm].
+    throughput : list of numbers, each between 0 and 1
+        Throughput at the points.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "band"
+    _kind = "points"
+
+    def __init__(
+        self,
+        name: str,
+        nm: Sequence[float],
+        throughput: Sequence[float],
+        *,
+        counting: Literal["energy", "photon"] | None = None,
+    ):
+        Table.__init__(self, name=name, counting=counting, nm=nm, throughput=throughput)
+
+
+class TopHatBand(Band):
+    """1 within centre +- width/2.
+
+    Parameters
+    ----------
+    name : text
+        Name in the output.
+    counting : energy or photon, default energy
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
+    centre : wavelength
+        Its middle.
+    width : wavelength above zero
+        Its full width.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "band"
+    _kind = "top_hat"
+
+    def __init__(
+        self,
+        name: str,
+        centre: Quantity,
+        width: Quantity,
+        *,
+        counting: Literal["energy", "photon"] | None = None,
+    ):
+        Table.__init__(self, name=name, counting=counting, centre=centre, width=width)
+
+
+class GaussianBand(Band):
+    """A Gaussian, truncated at 2.5 FWHM.
+
+    Parameters
+    ----------
+    name : text
+        Name in the output.
+    counting : energy or photon, default energy
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
+    centre : wavelength
+        Its middle.
+    fwhm : wavelength above zero
+        Full width at half maximum.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "band"
+    _kind = "gaussian"
+
+    def __init__(
+        self,
+        name: str,
+        centre: Quantity,
+        fwhm: Quantity,
+        *,
+        counting: Literal["energy", "photon"] | None = None,
+    ):
+        Table.__init__(self, name=name, counting=counting, centre=centre, fwhm=fwhm)
+
+
+class Cos2Band(Band):
+    """cos2(pi (lambda - centre)/(2 half_width)).
+
+    Parameters
+    ----------
+    name : text
+        Name in the output.
+    counting : energy or photon, default energy
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
+    centre : wavelength
+        Its middle.
+    half_width : wavelength above zero
+        Distance of its zeros from the centre.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "band"
+    _kind = "cos2"
+
+    def __init__(
+        self,
+        name: str,
+        centre: Quantity,
+        half_width: Quantity,
+        *,
+        counting: Literal["energy", "photon"] | None = None,
+    ):
+        Table.__init__(self, name=name, counting=counting, centre=centre, half_width=half_width)
+
+
+class PolynomialBand(Band):
+    """Sum of c_i lambda^i with lambda in um, clipped at zero.
+
+    Parameters
+    ----------
+    name : text
+        Name in the output.
+    counting : energy or photon, default energy
+        Detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it.
+    coefficients : list of numbers
+        c_0, c_1, ...
+    low : wavelength
+        Lower end.
+    high : wavelength
+        Upper end.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "band"
+    _kind = "polynomial"
+
+    def __init__(
+        self,
+        name: str,
+        coefficients: Sequence[float],
+        low: Quantity,
+        high: Quantity,
+        *,
+        counting: Literal["energy", "photon"] | None = None,
+    ):
+        Table.__init__(self, name=name, counting=counting, coefficients=coefficients, low=low, high=high)
 
 
 class Glare(Table):
@@ -1965,6 +3390,124 @@ class PointSpread(Table):
             hdu=hdu,
             pixel_scale=pixel_scale,
         )
+
+
+class AiryPointSpread(PointSpread):
+    """Diffraction at the aperture, its obstruction and vanes.
+
+    Parameters
+    ----------
+    optics : text, default none
+        Telescope with a known pupil, instead of obstruction and vanes.
+    vanes : integer between 0 and 12, default 0
+        Number of vanes of the secondary mirror.
+    vane_width : number between 1e-4 and 0.2, default 0.01
+        Width of a vane relative to the aperture.
+    rotation : angle, default 0 deg
+        Rotation of the optics, counterclockwise.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "instrument.psf"
+    _kind = "airy"
+
+    def __init__(
+        self,
+        *,
+        optics: str | None = None,
+        vanes: int | None = None,
+        vane_width: float | None = None,
+        rotation: Quantity | None = None,
+    ):
+        Table.__init__(self, optics=optics, vanes=vanes, vane_width=vane_width, rotation=rotation)
+
+
+class MoffatPointSpread(PointSpread):
+    """Seeing: a core with wings, narrower in red light (Moffat 1969).
+
+    Parameters
+    ----------
+    fwhm : angle above zero
+        Full width at half maximum at `wavelength`.
+    beta : number between 1.01 and 100, default 4.765
+        Exponent of the wings.
+    wavelength : wavelength above zero, default 500 nm
+        Where `fwhm` holds.
+    exponent : number between -2 and 2, default -0.2
+        Exponent of the width in wavelength.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "instrument.psf"
+    _kind = "moffat"
+
+    def __init__(
+        self,
+        fwhm: Quantity,
+        *,
+        beta: float | None = None,
+        wavelength: Quantity | None = None,
+        exponent: float | None = None,
+    ):
+        Table.__init__(self, fwhm=fwhm, beta=beta, wavelength=wavelength, exponent=exponent)
+
+
+class GaussianPointSpread(PointSpread):
+    """A Gaussian, for guiding jitter, charge diffusion, or a first estimate.
+
+    Parameters
+    ----------
+    fwhm : angle above zero
+        Full width at half maximum at `wavelength`.
+    wavelength : wavelength above zero, default 550 nm
+        Where `fwhm` holds.
+    exponent : number between -2 and 2, default 0
+        Exponent of the width in wavelength.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "instrument.psf"
+    _kind = "gaussian"
+
+    def __init__(self, fwhm: Quantity, *, wavelength: Quantity | None = None, exponent: float | None = None):
+        Table.__init__(self, fwhm=fwhm, wavelength=wavelength, exponent=exponent)
+
+
+class KernelPointSpread(PointSpread):
+    """Image of a point source, such as those of WebbPSF or Tiny Tim: .fits, .npy or .exr, with the source at its centre.
+
+    Parameters
+    ----------
+    file : path
+        Image file; by default its first HDU or band.
+    hdu : text, default the first image
+        Name or number of the HDU of a FITS file, such as "OVERDIST".
+    pixel_scale : angle above zero
+        The angle of a pixel of the image.
+
+    Raises
+    ------
+    SceneError
+        If a key or a unit is invalid; ranges are checked when a scene is read.
+    """
+
+    _path = "instrument.psf"
+    _kind = "kernel"
+
+    def __init__(self, file: Path, pixel_scale: Quantity, *, hdu: str | None = None):
+        Table.__init__(self, file=file, hdu=hdu, pixel_scale=pixel_scale)
 
 
 class Instrument(Table):
@@ -2362,4 +3905,4 @@ class Frames(Table):
         )
 
 
-__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "perspective", "orthographic", "fisheye", "equirectangular", "cubemap", "Albedo", "Phase", "Dust", "Star", "StarTable", "Emission", "Gas", "StarField", "StarCatalogue", "Background", "Detail", "Spectrograph", "Band", "Glare", "Display", "Observation", "PointSpread", "Instrument", "Output", "PathTracer", "Reference", "Device", "Method", "Animation", "Frames"]
+__all__ = ["Grid", "Fbm", "Sphere", "Box", "Plummer", "Shell", "Slab", "Turbulence", "Expression", "Stereo", "Keyframe", "CameraPath", "Camera", "PerspectiveCamera", "perspective", "OrthographicCamera", "orthographic", "FisheyeCamera", "fisheye", "EquirectangularCamera", "equirectangular", "CubemapCamera", "cubemap", "Albedo", "ConstantAlbedo", "LinearAlbedo", "FileAlbedo", "Phase", "IsotropicPhase", "HenyeyGreensteinPhase", "DrainePhase", "RayleighPhase", "TabulatedPhase", "Dust", "Star", "BlackbodyStar", "StellarStar", "AtmosphereStar", "PowerLawStar", "FileStar", "StarTable", "Emission", "LinesEmission", "IonEmission", "RecombinationEmission", "LineListEmission", "FileEmission", "Gas", "StarField", "StarCatalogue", "Background", "BlackbodyBackground", "StellarBackground", "AtmosphereBackground", "PowerLawBackground", "FileBackground", "Detail", "Spectrograph", "Band", "CatalogueBand", "FileBand", "PointsBand", "TopHatBand", "GaussianBand", "Cos2Band", "PolynomialBand", "Glare", "Display", "Observation", "PointSpread", "AiryPointSpread", "MoffatPointSpread", "GaussianPointSpread", "KernelPointSpread", "Instrument", "Output", "PathTracer", "Reference", "Device", "Method", "Animation", "Frames"]

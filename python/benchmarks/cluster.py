@@ -14,7 +14,7 @@ from sweeps import camera, scene
 FRAMES = 40
 
 
-def seconds(workers: int, own: bn.Scene) -> float:
+def seconds(workers: int, nebula: bn.Scene) -> float:
     """Seconds that so many workers take, once they have rendered a frame each."""
     cameras = [camera(2 * np.pi * i / FRAMES) for i in range(FRAMES)]
     with (
@@ -22,14 +22,14 @@ def seconds(workers: int, own: bn.Scene) -> float:
         Client(cluster) as client,
         tempfile.TemporaryDirectory() as folder,
     ):
-        bn.map(own.render, cameras[:workers], client, files=f"{folder}/warm_{{}}.npy", threads=1, progress=False)
+        bn.map(nebula.render, cameras[:workers], client, files=f"{folder}/warm_{{}}.npy", threads=1, progress=False)
         begun = time.perf_counter()
-        results = bn.map(own.render, cameras, client, files=f"{folder}/{{}}.npy", threads=1, progress=False)
+        results = bn.map(nebula.render, cameras, client, files=f"{folder}/{{}}.npy", threads=1, progress=False)
         assert all(result.state == "rendered" for result in results)
         return time.perf_counter() - begun
 
 
 if __name__ == "__main__":
-    own = scene(128)
-    one, two = seconds(1, own), seconds(2, own)
+    nebula = scene(128)
+    one, two = seconds(1, nebula), seconds(2, nebula)
     print(f"{FRAMES} frames of 256 x 256: one worker {one:.1f} s, two {two:.1f} s, ratio {two / one:.2f}")

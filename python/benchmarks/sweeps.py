@@ -35,7 +35,7 @@ def scene(edge: int) -> bn.Scene:
 
 def camera(angle: float) -> bn.Camera:
     """A camera that looks at the cloud from around it."""
-    return bn.perspective(f"{4 * np.sin(angle)} 0 {4 * np.cos(angle)} pc", "32 deg", size=256)
+    return bn.PerspectiveCamera(f"{4 * np.sin(angle)} 0 {4 * np.cos(angle)} pc", "32 deg", size=256)
 
 
 def timed(work) -> float:
@@ -48,8 +48,8 @@ def timed(work) -> float:
 def by_command(command: list[str], scenes: list[bn.Scene]) -> float:
     """Seconds that the command takes for some scenes, one run each."""
     with tempfile.TemporaryDirectory() as folder:
-        for i, own in enumerate(scenes):
-            own.save(Path(folder) / f"{i}.toml")
+        for i, each in enumerate(scenes):
+            each.save(Path(folder) / f"{i}.toml")
         run = lambda i: subprocess.run([*command, "render", f"{folder}/{i}.toml", "-o", f"{folder}/{i}.npy"], check=True, stdout=-3)  # noqa: E731
         return timed(lambda: [run(i) for i in range(len(scenes))])
 
@@ -60,8 +60,8 @@ def table(command: list[str]) -> None:
     cameras = [camera(2 * np.pi * i / COUNT) for i in range(COUNT)]
     print(f"| {COUNT} pictures | first [s] | each further [s] | `barnard render`, each [s] | ratio |\n|---|---|---|---|---|")
     for name, place, values in [("star temperatures", "star[0].temperature", temperatures), ("cameras", "camera", cameras)]:
-        own, times = scene(128), []
-        images = own.sweep({place: values})
+        nebula, times = scene(128), []
+        images = nebula.sweep({place: values})
         while True:
             begun = time.perf_counter()
             if next(images, None) is None:
@@ -76,12 +76,12 @@ def table(command: list[str]) -> None:
         alone = by_command(command, scenes) / len(scenes)
         further = float(np.median(times[1:]))
         print(f"| {name} | {times[0]:.3f} | {further:.3f} | {alone:.3f} | {further / alone:.2f} |")
-    own = scene(128)
-    plan = own.plan()
+    nebula = scene(128)
+    plan = nebula.plan()
     from_plan = [timed(lambda c=c: plan.render(c)) for c in cameras]
     print(f"| cameras, `plan.render` | | {np.median(from_plan):.3f} | | |")
     tiny = scene(16)
-    tiny.camera = bn.perspective("0 0 4 pc", "32 deg", size=8)
+    tiny.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=8)
     plan = tiny.plan()
     plan.render()
     print(f"\nA picture of 8 x 8 pixels by a kept plan: {1e3 * np.median([timed(plan.render) for _ in range(50)]):.2f} ms")
@@ -92,10 +92,10 @@ def peak() -> None:
     # Filled in place: the most memory so far is that of the array itself.
     array = np.empty((256, 256, 256), np.float32, order="F")
     array[...] = 0.5
-    own = bn.Scene(bands="johnson", camera=camera(0.0), dust=bn.Dust("n", "3 /pc", albedo=0.6))
+    nebula = bn.Scene(bands="johnson", camera=camera(0.0), dust=bn.Dust("n", "3 /pc", albedo=0.6))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    own.fields["n"] = bn.Grid(array, low="-1 -1 -1 pc", high="1 1 1 pc")
-    own.check()
+    nebula.fields["n"] = bn.Grid(array, low="-1 -1 -1 pc", high="1 1 1 pc")
+    nebula.check()
     after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print(f"A grid of 256³ (64 MiB): {(after - before) / 1024:.1f} MiB more at most when its scene is read")
 

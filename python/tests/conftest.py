@@ -21,7 +21,7 @@ def cloud(n: int = 24) -> np.ndarray:
 
 def lit(density, **grid) -> bn.Scene:
     """A small scene of dust of this density, lit by one star."""
-    scene = bn.Scene(bands="johnson", camera=bn.perspective("0 0 4 pc", "32 deg", size=48))
+    scene = bn.Scene(bands="johnson", camera=bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=48))
     scene.fields["cloud"] = bn.Grid(density, low="-1 -1 -1 pc", high="1 1 1 pc", **grid)
     scene.dust = bn.Dust("cloud", "3 /pc", albedo=0.6)
     scene.stars.append(bn.Star("0.3 0.2 0.4 pc", temperature="12000 K", luminosity="1000 Lsun", visible=False))
@@ -35,7 +35,7 @@ def flight() -> bn.Scene:
         bn.Keyframe(0 * u.s, position=[0, 0, 5] * u.pc, target="0 0 0 pc"),
         bn.Keyframe("1 s", position=[3, 0.5, 4] * u.pc, field_of_view=40 * u.deg),
     ]
-    scene.camera = bn.perspective("0 0 5 pc", "32 deg", size=[24, 16], path=bn.CameraPath(key=keys, ease="0.2 s"))
+    scene.camera = bn.PerspectiveCamera("0 0 5 pc", "32 deg", size=[24, 16], path=bn.CameraPath(key=keys, ease="0.2 s"))
     scene.animation = [bn.Animation("star[0].temperature", [0, 1] * u.s, [5000, 20000] * u.K)]
     scene.sequence = bn.Frames(frames_per_second=10, first_frame=100)
     return scene
@@ -43,7 +43,7 @@ def flight() -> bn.Scene:
 
 def cameras(count: int) -> list[bn.Camera]:
     """So many cameras of small pictures, each from elsewhere."""
-    return [bn.perspective(f"{i / 10} 0 4 pc", "32 deg", size=24) for i in range(count)]
+    return [bn.PerspectiveCamera(f"{i / 10} 0 4 pc", "32 deg", size=24) for i in range(count)]
 
 
 @pytest.fixture

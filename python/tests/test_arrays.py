@@ -85,9 +85,9 @@ def test_arrays_are_shared_on_request_alone():
         values[0, 0, 0] = 1
     values = cloud()
     older = values.reshape(-1)
-    kept = bn.Grid(values, low="-1 -1 -1 pc", high="1 1 1 pc")
+    grid = bn.Grid(values, low="-1 -1 -1 pc", high="1 1 1 pc")
     older[0] = values[0, 0, 0] = 1
-    assert not np.shares_memory(kept.values, values) and kept.values[0, 0, 0] != 1
+    assert not np.shares_memory(grid.values, values) and grid.values[0, 0, 0] != 1
 
 
 def test_views_of_what_can_be_changed_are_copied():
@@ -136,9 +136,9 @@ def test_units_of_every_quantity_are_read_by_astropy():
                 pass  # Names such as Rsun that astropy spells otherwise.
         assert parsed, quantity
         first = next(iter(parsed))
-        for unit, own in parsed.items():
+        for unit, value in parsed.items():
             if "mag" not in unit and "mag" not in first:
                 ratio = dict(sizes)[unit] / dict(sizes)[first]
-                assert np.isclose((1 * own).to_value(parsed[first]), ratio, rtol=1e-4), (quantity, unit)
+                assert np.isclose((1 * value).to_value(parsed[first]), ratio, rtol=1e-4), (quantity, unit)
     with pytest.raises(bn.SceneError, match="not a wavelength"):
         bn.Band("top_hat", name="x", centre=5 * u.A, width="3 nm")

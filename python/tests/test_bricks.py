@@ -34,10 +34,10 @@ def difference(a: bn.Image, b: bn.Image) -> float:
 
 
 CAMERAS = [
-    bn.perspective("0.4 0.3 4 pc", "32 deg", size=40),
+    bn.PerspectiveCamera("0.4 0.3 4 pc", "32 deg", size=40),
     # From inside, towards a corner between bricks.
-    bn.perspective("0.1 -0.4 -0.3 pc", "80 deg", target="0 0 0.25 pc", size=40),
-    bn.orthographic("0 0 4 pc", "2.2 pc", size=32, supersampling=2),
+    bn.PerspectiveCamera("0.1 -0.4 -0.3 pc", "80 deg", target="0 0 0.25 pc", size=40),
+    bn.OrthographicCamera("0 0 4 pc", "2.2 pc", size=32, supersampling=2),
 ]
 
 
@@ -62,9 +62,9 @@ def test_coarse_volumes_choose_and_axes_are_turned(client):
 
     def scene(density) -> bn.Scene:
         # Pictures of what is diffuse.
-        own = globals()["scene"](density)
-        own.stars[0].visible = False
-        return own
+        nebula = globals()["scene"](density)
+        nebula.stars[0].visible = False
+        return nebula
 
     whole = scene(density).render()
     turned = scene(da.from_array(density.transpose(2, 0, 1), chunks=(18, 12, 20)))
@@ -127,11 +127,11 @@ def test_densities_are_made_brick_by_brick(client):
     density[density < np.quantile(density, 0.98)] *= 0.1
 
     def made(density):
-        own = scene(density)
-        own.stars[0].visible = False
-        own.fields["ball"] = bn.Sphere(radius="0.2 pc", centre="0.45 0.4 0.1 pc")
-        own.dust.density = f"max(cloud - {0.5 * float(np.max(cloud(24)))}, 0) * 4 + 0.3 * ball"
-        return own
+        nebula = scene(density)
+        nebula.stars[0].visible = False
+        nebula.fields["ball"] = bn.Sphere(radius="0.2 pc", centre="0.45 0.4 0.1 pc")
+        nebula.dust.density = f"max(cloud - {0.5 * float(np.max(cloud(24)))}, 0) * 4 + 0.3 * ball"
+        return nebula
 
     bricks = bn.render_bricks(made(da.from_array(density, chunks=12)), client, coarse=8, progress=False)
     assert difference(bricks, made(density).render()) < 5e-3
@@ -140,26 +140,26 @@ def test_densities_are_made_brick_by_brick(client):
 @pytest.mark.parametrize("what", ["gas alone", "no stars", "a star on a voxel", "half", "flat voxels", "no camera"])
 def test_scenes_of_all_kinds(client, what):
     def made(density):
-        own = scene(density)
-        own.stars[0].visible = False
+        nebula = scene(density)
+        nebula.stars[0].visible = False
         if what == "gas alone":
-            own.dust = None
+            nebula.dust = None
         elif what == "no stars":
-            own.stars.clear()
+            nebula.stars.clear()
         elif what == "a star on a voxel":
-            own.stars[0].position = "0 0 0 pc"
+            nebula.stars[0].position = "0 0 0 pc"
         elif what == "half":
-            own.method = bn.Method(volumes="half")
+            nebula.method = bn.Method(volumes="half")
         elif what == "flat voxels":
-            own.fields["cloud"].high = "1 1.5 0.4 pc"
+            nebula.fields["cloud"].high = "1 1.5 0.4 pc"
         elif what == "no camera":
-            own.camera = None
-        return own
+            nebula.camera = None
+        return nebula
 
     density = cloud(17)
     camera = CAMERAS[0] if what == "no camera" else None
     bricks = [da.from_array(density, chunks=chunks) for chunks in (17, (9, 4, 17))]
-    one, many = (bn.render_bricks(made(own), client, camera=camera, progress=False) for own in bricks)
+    one, many = (bn.render_bricks(made(density), client, camera=camera, progress=False) for density in bricks)
     assert difference(many, one) < 1e-6
     assert difference(one, made(density).render(camera)) < 3e-3
 
@@ -189,8 +189,8 @@ def test_a_wrong_camera_is_told_at_once(client):
 
 
 def test_a_field_in_bricks_is_no_array():
-    own = scene(da.from_array(cloud(16), chunks=8))
-    for use in (own.render, own.check, own.to_toml, lambda: own.save("bricks.toml")):
+    nebula = scene(da.from_array(cloud(16), chunks=8))
+    for use in (nebula.render, nebula.check, nebula.to_toml, lambda: nebula.save("bricks.toml")):
         with pytest.raises(bn.SceneError, match="render_bricks"):
             use()
     with pytest.raises(bn.SceneError, match="three axes"):
@@ -200,10 +200,10 @@ def test_a_field_in_bricks_is_no_array():
 def test_killed_workers_are_made_up_for():
     """What they had is computed anew by the others: the same bits, early and late."""
     distributed = pytest.importorskip("distributed")
-    own = scene(da.from_array(cloud(16), chunks=8))
+    nebula = scene(da.from_array(cloud(16), chunks=8))
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
         with distributed.Client(local) as client:
-            whole = bn.render_bricks(own, client, camera=CAMERAS[0], progress=False)
+            whole = bn.render_bricks(nebula, client, camera=CAMERAS[0], progress=False)
             for share in (0.5, 0.8):
                 client.wait_for_workers(2, timeout=60)
                 victims = [min(client.run(os.getpid).values())]
@@ -212,5 +212,5 @@ def test_killed_workers_are_made_up_for():
                     if victims and done >= share * all:
                         os.kill(victims.pop(), signal.SIGKILL)
 
-                again = bn.render_bricks(own, client, camera=CAMERAS[0], progress=kill)
+                again = bn.render_bricks(nebula, client, camera=CAMERAS[0], progress=kill)
                 assert not victims and np.array_equal(again.radiance, whole.radiance)

@@ -36,8 +36,8 @@ def lab(tmp_path):
         port = free.getsockname()[1]
     settings = [f"--port={port}", "--IdentityProvider.token=", f"--ServerApp.root_dir={tmp_path}", "--LabApp.news_url=None"]
     with open(tmp_path / "lab.log", "w") as log:
-        own = {**os.environ, "JUPYTER_CONFIG_DIR": str(tmp_path / "config"), "JUPYTER_RUNTIME_DIR": str(tmp_path / "runtime")}
-        server = subprocess.Popen([sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", *settings], stdout=log, stderr=log, env=own)
+        environment = {**os.environ, "JUPYTER_CONFIG_DIR": str(tmp_path / "config"), "JUPYTER_RUNTIME_DIR": str(tmp_path / "runtime")}
+        server = subprocess.Popen([sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", *settings], stdout=log, stderr=log, env=environment)
     try:
         for _ in range(300):
             try:

@@ -61,7 +61,7 @@ def test_an_image_may_be_larger_than_memory():
     with pytest.raises(bn.MemoryLimitError, match="image"):
         plan.render()
     tile = plan.render({**plan.camera.tree(), "crop": [19968, 19968, 64, 64]})
-    assert tile.shape == (64, 64) and tile.radiance.max() > 0
+    assert tile.shape[1:] == (64, 64) and tile.radiance.max() > 0
     with pytest.raises(bn.SceneError, match="whole"):
         bn.tiles(bn.tiles(plan.camera, 20_000)[0, 0])
     with pytest.raises(bn.SceneError, match="out of range"):
@@ -88,7 +88,7 @@ def test_a_killed_worker_costs_its_frame_once(client, tmp_path):
         if i == 3 and not (tmp_path / "died").exists():
             (tmp_path / "died").touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        return scene.render(bn.perspective(f"{i / 10} 0 4 pc", "32 deg", size=24))
+        return scene.render(bn.PerspectiveCamera(f"{i / 10} 0 4 pc", "32 deg", size=24))
 
     results = bn.map(render, range(8), client, files=str(tmp_path / "{}.npy"), progress=False)
     assert (tmp_path / "died").exists()

@@ -13,7 +13,7 @@ from astropy.wcs import WCS
 LIGHT = 299792.458
 
 
-def of(image, band=None):
+def band_of(image, band=None):
     return np.asarray(image.radiance if band is None else image[band], dtype=float)
 
 
@@ -21,7 +21,7 @@ def shell(velocity=None, count=40, **keys):
     """A thin ball of gas with one line, in channels of 0.1 nm."""
     moves = {} if velocity is None else {"velocity": velocity, **keys}
     return bn.Scene(
-        camera=bn.perspective("0 0 1000 pc", "0.15 deg", size=24, supersampling=2),
+        camera=bn.PerspectiveCamera("0 0 1000 pc", "0.15 deg", size=24, supersampling=2),
         fields={"ball": bn.Sphere("1 pc")},
         emission=[bn.Emission("lines", density="ball", scale="1e-25 W/m3/sr", lines=[{"wavelength": "500 nm", "strength": 1.0}], doppler_fwhm="30 km/s", **moves)],
         spectrograph=bn.Spectrograph("498 nm", "502 nm", count),
@@ -38,20 +38,20 @@ def test_channels_sum_to_the_wide_band_and_are_those_of_the_reference():
     channels = scene.render()
     assert len(channels.bands) == 60 and channels.bands[0] == "402.5 nm"
     exact = scene.render(backend="reference")
-    worst = max(np.sqrt(((of(channels)[b] - of(exact)[b]) ** 2).sum() / (of(exact)[b] ** 2).sum()) for b in range(60))
+    worst = max(np.sqrt(((band_of(channels)[b] - band_of(exact)[b]) ** 2).sum() / (band_of(exact)[b] ** 2).sum()) for b in range(60))
     assert worst < 3e-3, worst
     scene.spectrograph = None
     scene.passbands = [bn.Band("top_hat", name="wide", centre="550 nm", width="300 nm")]
-    wide = of(scene.render(), "wide")
-    total = of(channels).sum(0)
+    wide = band_of(scene.render(), "wide")
+    total = band_of(channels).sum(0)
     assert np.sqrt(((total - wide) ** 2).sum() / (wide**2).sum()) < 3e-3
 
 
 def test_a_line_spread_keeps_the_line():
     scene = shell(count=400)
-    sharp = of(scene.render()).sum((1, 2))
+    sharp = band_of(scene.render()).sum((1, 2))
     scene.spectrograph.resolving_power = 2000
-    spread = of(scene.render()).sum((1, 2))
+    spread = band_of(scene.render()).sum((1, 2))
     assert abs(spread.sum() / sharp.sum() - 1) < 1e-5
     middle = 498 + 0.01 * (np.arange(400) + 0.5)
     mean = (middle * spread).sum() / spread.sum()
@@ -65,9 +65,9 @@ def test_gas_that_moves_is_seen_where_it_is():
     # Both sampled on 64 voxels: no light is lost on the way to several velocities.
     at_rest, receding = shell(), shell(["0", "0", "-300"])
     at_rest.method = receding.method = bn.Method(bake=64)
-    still = of(at_rest.render())
+    still = band_of(at_rest.render())
     # All of it recedes with 300 km/s from a camera that looks down z: 0.5003 nm.
-    away = of(receding.render())
+    away = band_of(receding.render())
     middle = 498 + 0.1 * (np.arange(40) + 0.5)
     mean = lambda cube: (middle * cube.sum((1, 2))).sum() / cube.sum()
     assert abs(away.sum() / still.sum() - 1) < 1e-5
@@ -76,7 +76,7 @@ def test_gas_that_moves_is_seen_where_it_is():
     # Channels as narrow as the line is wide: in wider ones a mean of their middles is not that of the line.
     turning = shell(["200*z", "0", "-200*x"], count=200, velocity_step="10 km/s")
     image = turning.render()
-    cube = of(image)
+    cube = band_of(image)
     column = cube.sum(0)
     fine = 498 + 0.02 * (np.arange(200) + 0.5)
     seen = (fine[:, None, None] * cube).sum(0) / np.maximum(column, 1e-300)
@@ -87,11 +87,11 @@ def test_gas_that_moves_is_seen_where_it_is():
     wanted = 500 * (1 + 200 * np.broadcast_to(x, column.shape) / LIGHT)
     assert np.abs(seen - wanted)[inside].max() < 2e-3
     # A ball that grows is seen near and far side: the line of its middle is as wide as its gas is fast.
-    growing = of(shell(["250*x", "250*y", "250*z"], velocity_step="10 km/s").render())[:, 12, 12]
+    growing = band_of(shell(["250*x", "250*y", "250*z"], velocity_step="10 km/s").render())[:, 12, 12]
     rms = np.sqrt(((middle - 500) ** 2 * growing).sum() / growing.sum())
     # Even from -250 to 250 km/s, with the line's own width, a channel's, and half a step's.
-    own = np.sqrt(250**2 / 3 + (30 / np.sqrt(8 * np.log(2))) ** 2 + (0.1 / 500 * LIGHT) ** 2 / 12 + 10**2 / 6)
-    assert abs(rms / (500 * own / LIGHT) - 1) < 0.02, (rms, 500 * own / LIGHT)
+    width = np.sqrt(250**2 / 3 + (30 / np.sqrt(8 * np.log(2))) ** 2 + (0.1 / 500 * LIGHT) ** 2 / 12 + 10**2 / 6)
+    assert abs(rms / (500 * width / LIGHT) - 1) < 0.02, (rms, 500 * width / LIGHT)
 
 
 @pytest.mark.parametrize("unit, bunit", [(None, "W m-2 sr-1 um-1"), ("erg s-1 cm-2 arcsec-2", "erg s-1 cm-2 arcsec-2 Angstrom-1"), ("MJy/sr", "MJy/sr")])
@@ -110,15 +110,15 @@ def test_cubes_are_files(tmp_path, unit, bunit):
         assert abs(sky.ra.deg - 10) < 1e-9 and abs(sky.dec.deg - 20) < 1e-9
         assert abs(wavelength.to_value(u.nm) - (498 + 0.75)) < 1e-9
         assert wcs.celestial.naxis == 2 and wcs.spectral.naxis == 1
-        own = of(image)[:, ::-1]
+        stated = band_of(image)[:, ::-1]
         if unit is None:
-            np.testing.assert_allclose(data * 1e-4, own, rtol=1e-5, atol=1e-30)
+            np.testing.assert_allclose(data * 1e-4, stated, rtol=1e-5, atol=1e-30)
         elif unit.startswith("erg"):
             factor = (1 * u.W / u.m**2 / u.sr / u.um).to_value(u.erg / u.s / u.cm**2 / u.arcsec**2 / u.AA)
-            np.testing.assert_allclose(data, own / 1e-4 * factor, rtol=1e-5, atol=1e-40)
+            np.testing.assert_allclose(data, stated / 1e-4 * factor, rtol=1e-5, atol=1e-40)
         else:
             middle = (498 + 0.1 * (np.arange(40) + 0.5))[:, None, None] * u.nm
-            wanted = (own / 1e-4 * u.W / u.m**2 / u.um / u.sr).to_value(u.MJy / u.sr, u.spectral_density(middle))
+            wanted = (stated / 1e-4 * u.W / u.m**2 / u.um / u.sr).to_value(u.MJy / u.sr, u.spectral_density(middle))
             np.testing.assert_allclose(data, wanted, rtol=1e-5, atol=1e-30)
 
 

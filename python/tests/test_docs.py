@@ -59,8 +59,8 @@ def whole(part: str) -> str:
     bare = [text for key, text in BARE.items() if key not in tree and "band" not in tree and "spectrograph" not in tree]
 
     def lacks(table, key):
-        own = tree.get(table)
-        return own is None or (key not in own if isinstance(own, dict) else len(own) <= key)
+        value = tree.get(table)
+        return value is None or (key not in value if isinstance(value, dict) else len(value) <= key)
 
     return "\n".join([*bare, part, *(text for (table, key), text in TABLES.items() if lacks(table, key))])
 
@@ -130,7 +130,7 @@ def observed() -> bn.Scene:
     """A small scene that an instrument sees."""
     scene = lit(cloud(16))
     scene.bands = ["johnson-B", "johnson-V", "cousins-R"]
-    scene.camera = bn.perspective("0 0 400 pc", "40 arcsec", size=110)
+    scene.camera = bn.PerspectiveCamera("0 0 400 pc", "40 arcsec", size=110)
     scene.observation = bn.Observation("5h35m17s -5d23m")
     scene.instrument = bn.Instrument(preset="lco-1m-sinistro", exposure="60 s")
     return scene
@@ -138,7 +138,7 @@ def observed() -> bn.Scene:
 
 def names(path: Path) -> dict:
     """Names that the blocks of a page use and do not make."""
-    base = {"bn": bn, "u": units, "np": np, "numpy": np, "density": cloud(16), "scene": lit(cloud(16)), "camera": bn.perspective("0 0 5 pc", "30 deg", size=16)}
+    base = {"bn": bn, "u": units, "np": np, "numpy": np, "density": cloud(16), "scene": lit(cloud(16)), "camera": bn.PerspectiveCamera("0 0 5 pc", "30 deg", size=16)}
     base |= {"cameras": cameras(2), "height": 112, "width": 112}
     if path.name == "observing.md":
         scipy = pytest.importorskip("scipy.optimize")
@@ -160,10 +160,10 @@ def test_python_blocks_run(path, folder, monkeypatch):
     monkeypatch.setattr(yt, "load", lambda name: yt.load_uniform_grid({("gas", "H_nuclei_density"): (cloud(16), "cm**-3")}, [16] * 3, "pc", np.array(box)))
     # Sizes and numbers of a page are those of real work.
     monkeypatch.setattr(bn, "perspective", lambda *args, _own=bn.perspective, size=112, **keys: _own(*args, size=min(112, np.max(size)), **keys))
-    own = bn.Scene.builtin
+    builtin = bn.Scene.builtin
 
     def small(name):
-        scene = own(name)
+        scene = builtin(name)
         scene.camera.size = [64, 36]
         return scene
 

@@ -17,7 +17,7 @@ FREE = {"star[0].luminosity": None, "star[0].temperature": bn.Free(4e3 * u.K, "4
 @pytest.fixture
 def observed(tmp_path):
     scene = lit(cloud())
-    scene.camera = bn.perspective("0 0 1000 pc", "0.12 deg", size=32)
+    scene.camera = bn.PerspectiveCamera("0 0 1000 pc", "0.12 deg", size=32)
     scene.instrument = INSTRUMENT
     path = tmp_path / "master.fits"
     scene.render().observe().master().write(path)
@@ -58,11 +58,11 @@ def test_places_on_the_sky_are_compared(observed, tmp_path):
 
     def moved(header, pixels):
         # The same plane about another of its points, as astropy has it, by a CD matrix.
-        own = wcs.WCS(header)
+        world = wcs.WCS(header)
         place = (9.0, 20.0)
-        at = own.pixel_to_world(*place)
+        at = world.pixel_to_world(*place)
         frame = at.skyoffset_frame()
-        step = [own.pixel_to_world(place[0] + dx, place[1] + dy).transform_to(frame) for dx, dy in ((1, 0), (0, 1))]
+        step = [world.pixel_to_world(place[0] + dx, place[1] + dy).transform_to(frame) for dx, dy in ((1, 0), (0, 1))]
         for keyword in [keyword for keyword in header if keyword.startswith(("PC1_", "PC2_", "CDELT"))]:
             del header[keyword]
         header["CRPIX1"], header["CRPIX2"] = place[0] + 1 + pixels, place[1] + 1
@@ -90,14 +90,14 @@ def test_other_programs_drive_it(observed):
     scene, path = observed
     model = scene.fit_model(FREE, [path])
     assert model.start == [400, 9000] and model.bounds[1] == (4000, 40000)
-    own = model.fit()
-    values = np.array(list(own.values.values()))
+    fit = model.fit()
+    values = np.array(list(fit.values.values()))
     # Weights are held, as those of the fit are in the end.
     sigma = model.predict(values)[1]
     found = optimize.least_squares(lambda x: (model.data - model.predict(x * values)[0]) / sigma, [0.8, 0.9], diff_step=1e-3)
-    assert np.all(np.abs(found.x * values - values) < 0.3 * np.array(list(own.sigma.values())))
+    assert np.all(np.abs(found.x * values - values) < 0.3 * np.array(list(fit.sigma.values())))
     best = model.log_likelihood(values)
-    steps = np.array(list(own.sigma.values()))
+    steps = np.array(list(fit.sigma.values()))
     assert all(model.log_likelihood(values + sign * 3 * steps * np.eye(2)[i]) < best for i in range(2) for sign in (-1, 1))
     assert model.log_likelihood([400, 50000]) == -np.inf
 
@@ -106,13 +106,13 @@ def test_likelihoods_hang_on_values_alone(observed):
     scene, path = observed
     free = {"star[0].luminosity": None, "dust.scale": (0.5, 12)}
     places = [[900, 3], [1000, 3.1], [800, 9], [1000, 2.9]]
-    own = [scene.fit_model(free, path).log_likelihood(place) for place in places]
+    likelihoods = [scene.fit_model(free, path).log_likelihood(place) for place in places]
     model = scene.fit_model(free, path)
-    assert [model.log_likelihood(place) for place in reversed(places)] == own[::-1]
+    assert [model.log_likelihood(place) for place in reversed(places)] == likelihoods[::-1]
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(model.log_likelihood, places * 3)) == own * 3
+        assert list(pool.map(model.log_likelihood, places * 3)) == likelihoods * 3
     model.fit([500, 1])
-    assert [model.log_likelihood(place) for place in places] == own
+    assert [model.log_likelihood(place) for place in places] == likelihoods
     for wrong in ([900], [], [900, 3, 5]):
         with pytest.raises(ValueError, match="values for 2 keys"):
             model.predict(wrong)
@@ -129,7 +129,7 @@ def noisy(scene, seed=3):
 
 def test_defaults_of_scipy_and_emcee_find_the_truth():
     scene = lit(cloud())
-    scene.bands, scene.camera = ["johnson-B", "cousins-R"], bn.perspective("0 0 4 pc", "32 deg", size=24)
+    scene.bands, scene.camera = ["johnson-B", "cousins-R"], bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=24)
     data, sigma = noisy(scene)
     scene.dust.scale, scene.stars[0].temperature = "1.5 /pc", "7000 K"
     model = scene.fit_model({"dust.scale": (0.2, 10), "star[0].temperature": bn.Free(3000, 40000)}, data, sigma=sigma)
@@ -140,15 +140,15 @@ def test_defaults_of_scipy_and_emcee_find_the_truth():
     truth, steps = np.array([3, 12000]), np.array([0.02, 100])
     plain = optimize.least_squares(model.residuals, model.start)
     bounded = optimize.least_squares(model.residuals, model.start, bounds=np.transpose(model.bounds))
-    told = optimize.least_squares(model.residuals, model.start, jac=model.jacobian, x_scale=model.x_scale)
-    own = model.fit()
-    errors = np.array(list(own.sigma.values()))
-    for found in (plain, bounded, told):
-        assert found.success and np.all(np.abs(found.x - list(own.values.values())) < 0.1 * errors), found
+    analytic = optimize.least_squares(model.residuals, model.start, jac=model.jacobian, x_scale=model.x_scale)
+    fit = model.fit()
+    errors = np.array(list(fit.sigma.values()))
+    for found in (plain, bounded, analytic):
+        assert found.success and np.all(np.abs(found.x - list(fit.values.values())) < 0.1 * errors), found
         assert np.all(np.abs(found.x - truth) < 4 * errors)
     # The covariance of the fit is that of these derivatives.
     jacobian = model.jacobian(found.x)
-    assert np.allclose(np.linalg.inv(jacobian.T @ jacobian), own.covariance, rtol=0.02)
+    assert np.allclose(np.linalg.inv(jacobian.T @ jacobian), fit.covariance, rtol=0.02)
     differences = [(model.residuals(found.x + h) - model.residuals(found.x - h)) / (2 * h.sum()) for h in np.diag(steps * 1e-3)]
     assert np.allclose(jacobian, np.transpose(differences), atol=1e-4 * np.abs(jacobian).max(axis=0))
     with pytest.warns(UserWarning, match="no model at"):
@@ -157,7 +157,7 @@ def test_defaults_of_scipy_and_emcee_find_the_truth():
 
 def test_derivatives_by_linear_keys_are_exact():
     scene = lit(cloud())
-    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=16)
+    scene.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=16)
     data, sigma = noisy(scene)
     model = scene.fit_model({"star[0].luminosity": bn.Free(100, 1000)}, data, sigma=sigma)
     # At the bound differences are of one side.
@@ -168,7 +168,7 @@ def test_derivatives_by_linear_keys_are_exact():
 
 def test_arrays_and_pictures_are_fitted():
     scene = lit(cloud())
-    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=16)
+    scene.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=16)
     picture = scene.render()
     data, sigma = noisy(scene)
     scene.stars[0].luminosity = "600 Lsun"
@@ -212,23 +212,23 @@ def test_models_are_pickled(observed, monkeypatch, tmp_path):
 def test_units_and_places_are_said_or_assumed(tmp_path):
     fits = pytest.importorskip("astropy.io.fits")
     scene = lit(cloud())
-    scene.bands, scene.camera = "johnson-V", bn.perspective("0 0 1000 pc", "0.12 deg", size=16)
+    scene.bands, scene.camera = "johnson-V", bn.PerspectiveCamera("0 0 1000 pc", "0.12 deg", size=16)
     scene.observation = bn.Observation("83.82 -5.39", unit="MJy/sr")
     picture = scene.render().hdus
-    own = next(hdu for hdu in picture if hdu.header["NAXIS"] == 2)
+    plane = next(hdu for hdu in picture if hdu.header["NAXIS"] == 2)
     path = tmp_path / "image.fits"
 
     def written(name, unit="MJy/sr", sky=True, more=()):
-        header = own.header.copy()
+        header = plane.header.copy()
         header["EXTNAME"], header["BUNIT"] = name, unit
         for keyword in [*(() if unit else ["BUNIT"]), *([] if sky else [key for key in header if key.startswith(("CTYPE", "CRVAL", "CRPIX"))])]:
             del header[keyword]
-        image, error = fits.ImageHDU(own.data, header), fits.ImageHDU(0.01 * own.data + 1e-9, name="ERR")
+        image, error = fits.ImageHDU(plane.data, header), fits.ImageHDU(0.01 * plane.data + 1e-9, name="ERR")
         fits.HDUList([fits.PrimaryHDU(), image, error, *more]).writeto(path, overwrite=True)
         return path
 
-    def found(source, **told):
-        fit = scene.fit(["star[0].luminosity"], source, **told)
+    def found(source, **options):
+        fit = scene.fit(["star[0].luminosity"], source, **options)
         return fit.values["star[0].luminosity"]
 
     with pytest.warns(UserWarning, match="chi2"):
@@ -243,7 +243,7 @@ def test_units_and_places_are_said_or_assumed(tmp_path):
             found(written("SCI", sky=False))
         assert found(written("SCI", "", sky=False), assume=["unit", "place"]) == pytest.approx(1000, rel=1e-3)
         # Weights are no images; one of several images is chosen.
-        more = [fits.ImageHDU(np.ones_like(own.data), name="WHT"), fits.ImageHDU(2 * own.data, own.header, name="SCI", ver=2), fits.ImageHDU(0.01 * own.data + 1e-9, name="ERR", ver=2)]
+        more = [fits.ImageHDU(np.ones_like(plane.data), name="WHT"), fits.ImageHDU(2 * plane.data, plane.header, name="SCI", ver=2), fits.ImageHDU(0.01 * plane.data + 1e-9, name="ERR", ver=2)]
         with pytest.raises(bn.SceneError, match=r"2 images named SCI; select one with FILE\[SCI,1\]"):
             found(written("SCI", more=more))
         more[1].header["EXTVER"] = 2
@@ -257,8 +257,8 @@ def test_walkers_find_the_same(observed):
     emcee = pytest.importorskip("emcee")
     scene, path = observed
     model = scene.fit_model(FREE, path)
-    own = model.fit()
-    values, sigma = (np.array(list(of.values())) for of in (own.values, own.sigma))
+    fit = model.fit()
+    values, sigma = (np.array(list(each.values())) for each in (fit.values, fit.sigma))
     random = np.random.default_rng(3)
     sampler = emcee.EnsembleSampler(12, 2, model.log_likelihood)
     np.random.seed(3)
@@ -269,14 +269,14 @@ def test_walkers_find_the_same(observed):
     # Some 70 independent samples: the mean is right to an eighth of a deviation, the deviation to a tenth of it.
     assert np.all(np.abs(chain.mean(axis=0) - values) < 0.5 * sigma)
     assert np.all(np.abs(chain.std(axis=0) / sigma - 1) < 0.35)
-    correlation = own.covariance[0, 1] / (sigma[0] * sigma[1])
+    correlation = fit.covariance[0, 1] / (sigma[0] * sigma[1])
     assert abs(np.corrcoef(chain.T)[0, 1] - correlation) < 0.2
 
 
 def test_images_with_tables_of_their_own(observed, tmp_path):
     scene, path = observed
     other = lit(cloud())
-    other.camera = bn.perspective("0 0 1000 pc", "0.12 deg", size=32)
+    other.camera = bn.PerspectiveCamera("0 0 1000 pc", "0.12 deg", size=32)
     other.bands = ["sdss2010-g"]
     deep = bn.Instrument(aperture="1 m", read_noise="5 e", sky="21 mag", exposure="4 s", frames=3)
     second = tmp_path / "second.fits"
@@ -310,6 +310,6 @@ def test_what_cannot_be_fitted_is_said(observed):
         scene.fit(["star[0].radius"], path)
     with pytest.raises(ValueError, match="2 keys"):
         scene.fit_model(FREE, path).fit([1.0])
-    scene.camera = bn.perspective("0 0 1000 pc", "0.12 deg", size=24)
+    scene.camera = bn.PerspectiveCamera("0 0 1000 pc", "0.12 deg", size=24)
     with pytest.raises(bn.SceneError, match="32 x 32 pixels"):
         scene.fit(FREE, path)

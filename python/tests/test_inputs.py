@@ -159,8 +159,8 @@ def h5(values=A, dtype=None, dimensions=None, groups=None, write=None, **attribu
             dataset = file.create_dataset("gas/density", data=np.asarray(values, dtype))
             for name, value in attributes.items():
                 dataset.attrs[name] = value
-            for group, own in (groups or {}).items():
-                for name, value in own.items():
+            for group, variables in (groups or {}).items():
+                for name, value in variables.items():
                     file.require_group(group).attrs[name] = value
             for axis, label in enumerate(dimensions or ()):
                 dataset.dims[axis].label = label
@@ -287,9 +287,9 @@ def nc(values=A, dtype="f8", names=("x", "y", "z"), places=(X, Y, Z), unit="pc",
             dimensions = tuple(names)
             for name, length in zip(dimensions, np.shape(values)):
                 file.createDimension(name, length)
-            for name, own in zip(names, places or ()):
+            for name, place in zip(names, places or ()):
                 variable = file.createVariable(name, "f8", (name,))
-                variable[:] = own
+                variable[:] = place
                 if unit:
                     variable.units = unit
             variable = file.createVariable("density", dtype, dimensions, fill_value=fill)
@@ -358,7 +358,7 @@ def test_variables_of_netcdf(case, tmp_path, capfd):
 
 def labelled(values=A, names="xyz", places=(X, Y, Z), unit="pc", **attributes):
     xarray = pytest.importorskip("xarray")
-    coords = {name: (name, own, {"units": unit} if unit else {}) for name, own in zip(names, places or ())}
+    coords = {name: (name, place, {"units": unit} if unit else {}) for name, place in zip(names, places or ())}
     return xarray.DataArray(values, dims=tuple(names), coords=coords, attrs=attributes)
 
 
@@ -412,7 +412,7 @@ def test_arrays_in_memory(case):
     box = {"low": "-2 -3 -4 pc", "high": "2 3 4 pc", **keys} if keys is not None else {}
 
     def picture(values, **keys):
-        scene = bn.Scene(bands="johnson", camera=bn.perspective("7 5 12 pc", "40 deg", size=24))
+        scene = bn.Scene(bands="johnson", camera=bn.PerspectiveCamera("7 5 12 pc", "40 deg", size=24))
         scene.fields["cloud"] = bn.Grid(values, **keys)
         scene.dust = bn.Dust("cloud", "0.1 /pc", albedo=0.6)
         scene.stars.append(bn.Star("0.3 0.2 0.4 pc", temperature="12000 K", luminosity="1000 Lsun", visible=False))
@@ -450,9 +450,9 @@ def listed(*hdus, behind=b""):
 
 def scaled(dtype, **keys):
     def write(path):
-        own = fits.PrimaryHDU(UP.copy())
-        own.scale(dtype, **keys)
-        own.writeto(path)
+        hdu = fits.PrimaryHDU(UP.copy())
+        hdu.scale(dtype, **keys)
+        hdu.writeto(path)
 
     return write
 

@@ -31,14 +31,14 @@ def sky(path, size=400, field="0.1 deg", angle="0 deg", **more):
     """A scene of stars alone."""
     return bn.Scene(
         bands=["johnson-B", "johnson-V"],
-        camera=bn.perspective("0 0 0 pc", field, target="0 0 -1 pc", size=size),
+        camera=bn.PerspectiveCamera("0 0 0 pc", field, target="0 0 -1 pc", size=size),
         background=bn.Background(catalogue=bn.StarCatalogue(str(path))),
         observation=bn.Observation("274.7 -13.8167", position_angle=angle),
         **more,
     )
 
 
-def of(image, band="johnson-V"):
+def band_of(image, band="johnson-V"):
     """A band as plain numbers [W m-2 sr-1]."""
     return np.asarray(image[band], dtype=float)
 
@@ -46,7 +46,7 @@ def of(image, band="johnson-V"):
 def even(radiance="2e-8 W/m2/sr/um", size=16, field="0.01 deg", bands=("johnson-V",), **more):
     """A scene of even light."""
     background = bn.Background(kind="power_law", exponent=0, radiance=radiance)
-    return bn.Scene(bands=list(bands), camera=bn.perspective("0 0 0 pc", field, target="0 0 -1 pc", size=size), background=background, **more)
+    return bn.Scene(bands=list(bands), camera=bn.PerspectiveCamera("0 0 0 pc", field, target="0 0 -1 pc", size=size), background=background, **more)
 
 
 @pytest.mark.parametrize("angle", ["0 deg", "35 deg", "200 deg"])
@@ -76,12 +76,12 @@ def test_axes_of_the_scene_may_be_those_of_the_sky(tmp_path):
     # x, y and z are those of Galactic coordinates: the star is where the camera looks.
     lon, lat = np.radians([30, 10])
     ahead = np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)
-    scene.camera = bn.perspective("0 0 0 pc", "1 deg", target=f"{ahead[0]:.15f} {ahead[1]:.15f} {ahead[2]:.15f} pc", up=[0, 0, 1], size=21)
+    scene.camera = bn.PerspectiveCamera("0 0 0 pc", "1 deg", target=f"{ahead[0]:.15f} {ahead[1]:.15f} {ahead[2]:.15f} pc", up=[0, 0, 1], size=21)
     scene.background.catalogue.axes = "galactic"
-    picture = of(scene.render())
+    picture = band_of(scene.render())
     assert np.unravel_index(picture.argmax(), picture.shape) == (10, 10)
     scene.background.catalogue.axes = "icrs"
-    assert of(scene.render()).max() == 0
+    assert band_of(scene.render()).max() == 0
     scene.background.catalogue.axes = None
     with pytest.raises(bn.SceneError, match=r"\[observation\]"):
         scene.check()
@@ -98,7 +98,7 @@ def test_catalogues_of_archives_are_read(tmp_path, text):
     path = tmp_path / "archive.csv"
     path.write_text(text)
     scene = sky(path, size=21)
-    picture = of(scene.render())
+    picture = band_of(scene.render())
     # One star with a magnitude, where the camera looks; beside it nothing.
     assert np.unravel_index(picture.argmax(), picture.shape) == (10, 10) and (picture > 0).sum() <= 81
 
@@ -106,19 +106,19 @@ def test_catalogues_of_archives_are_read(tmp_path, text):
 def test_stars_stay_with_the_coordinates_of_every_picture(tmp_path):
     scene = sky(catalogue(tmp_path), angle="20 deg", size=200)
     plan = scene.plan()
-    turned = bn.perspective("0 0 0 pc", "0.1 deg", target="1 0.3 -1 pc", up=[0.2, 1, 0.1], size=200)
-    pictures = [scene.render(), scene.render(turned), plan.render(turned), scene.render(bn.perspective("0 0 0 pc", "0.1 deg", target="0 0 -1 pc", size=200, crop=[40, 30, 120, 140]))]
+    turned = bn.PerspectiveCamera("0 0 0 pc", "0.1 deg", target="1 0.3 -1 pc", up=[0.2, 1, 0.1], size=200)
+    pictures = [scene.render(), scene.render(turned), plan.render(turned), scene.render(bn.PerspectiveCamera("0 0 0 pc", "0.1 deg", target="0 0 -1 pc", size=200, crop=[40, 30, 120, 140]))]
     for image in pictures:
         wcs = image.wcs
         for name, ra, dec, *_ in STARS:
             x, y = (float(c) for c in wcs.world_to_pixel(SkyCoord(ra * u.deg, dec * u.deg)))
             aperture = CircularAperture((x, y), 6)
-            assert np.hypot(*(ApertureStats(of(image), aperture).centroid - (x, y))) < 2e-3, name
+            assert np.hypot(*(ApertureStats(band_of(image), aperture).centroid - (x, y))) < 2e-3, name
     # Another place on the sky needs no other plan, and pictures without a camera are those of the plan's own.
     scene.observation = bn.Observation("274.7 -13.8267")
-    assert of(plan.render()).argmax() != of(pictures[0]).argmax()
-    own = scene.plan(turned)
-    assert (of(own.render()) == of(scene.render(turned))).all()
+    assert band_of(plan.render()).argmax() != band_of(pictures[0]).argmax()
+    planned = scene.plan(turned)
+    assert (band_of(planned.render()) == band_of(scene.render(turned))).all()
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_a_thin_nebula_has_the_flux_of_its_volume():
     # A ball of gas j in size at 1 kpc: F = 4 pi j V / (4 pi d^2) [W m-2], a line at the pivot of a top hat.
     parsec = 3.0856775814913673e16
     scene = bn.Scene(
-        camera=bn.perspective("0 0 1000 pc", "0.15 deg", size=96, supersampling=3),
+        camera=bn.PerspectiveCamera("0 0 1000 pc", "0.15 deg", size=96, supersampling=3),
         fields={"ball": bn.Sphere("1 pc")},
         emission=[bn.Emission("lines", density="ball", scale="1e-25 W/m3/sr", lines=[{"wavelength": "656.3 nm", "strength": 1.0}])],
         passbands=[bn.Band("top_hat", name="Ha", centre="656.3 nm", width="4 nm")],
@@ -152,7 +152,7 @@ def test_a_thin_nebula_has_the_flux_of_its_volume():
     scene.method = bn.Method(accuracy=1e-4)
     image = scene.render()
     pixel = 2 * np.tan(np.radians(0.075)) / 96
-    flux = of(image, "Ha").sum() * pixel**2
+    flux = band_of(image, "Ha").sum() * pixel**2
     wanted = 4 * np.pi * 1e-25 * (4 / 3 * np.pi * parsec) / (4 * np.pi * 1000**2)
     assert abs(flux / wanted - 1) < 3e-3, flux / wanted
     # What an instrument gathers of it is the same: electrons of photons.
@@ -231,7 +231,7 @@ def test_noise_is_as_predicted(tmp_path):
     area = np.pi / 4 * 0.25 * (1 - 0.09) * 0.6
     omega = np.radians(2.25 / 3600) ** 2
     mean = exposures.mean("johnson-V")
-    band = of(image)
+    band = band_of(image)
     image.write(tmp_path / "even.fits")
     # A Vega magnitude of an irradiance of 1 W m-2 is minus 2.5 lg of that of magnitude zero.
     zero = 10 ** (0.4 * fits.getheader(tmp_path / "even.fits", "johnson-V")["ZPVEGA"])
@@ -258,7 +258,7 @@ def test_noise_is_as_predicted(tmp_path):
     master = exposures.master()
     sky = mean / 120 - 0.05 - area * pivot / (PLANCK * LIGHT) * omega * band
     truth = (mean / 120 - 0.05 - sky) / (area * pivot / (PLANCK * LIGHT) * omega)
-    pulls = (of(master) - truth) / of(master, "johnson-V_error")
+    pulls = (band_of(master) - truth) / band_of(master, "johnson-V_error")
     assert abs((pulls**2).sum() - mean.size) < 5 * np.sqrt(2 * mean.size)
 
 
@@ -268,7 +268,7 @@ def test_a_dark_master_is_dark():
     image = scene.render()
     for frames in (1, 2, 24):
         master = image.observe(bn.Instrument(aperture="0.2 m", read_noise="5 e", gain="0.8 e/ADU", frames=frames, seed=3)).master()
-        pulls = of(master) / of(master, "johnson-V_error")
+        pulls = band_of(master) / band_of(master, "johnson-V_error")
         assert abs(pulls.mean()) < 5 / 32 and abs(pulls.std() - 1) < 0.1, frames
         assert (master.layers["mask"] != 0).mean() < 2e-3
     # The sky's mean is there where it is not taken away.
@@ -276,7 +276,7 @@ def test_a_dark_master_is_dark():
     without, with_sky = (image.observe({**keys, "subtract_sky": subtract}).master() for subtract in (True, False))
     # 20 mag AB in a square arcsecond at V: 3631 Jy c/pivot^2 [W m-2 um-1] over the width, 3 % of colour of the passband aside.
     wanted = 3631e-26 * 2.99792458e8 / (548.74e-9) ** 2 * 1e-6 * 0.0877 * 1e-8 / np.radians(1 / 3600) ** 2
-    assert abs(of(with_sky).mean() / wanted - 1) < 0.05 and abs(of(without).mean()) < 0.01 * wanted
+    assert abs(band_of(with_sky).mean() / wanted - 1) < 0.05 and abs(band_of(without).mean()) < 0.01 * wanted
 
 
 def test_saturation_and_cosmic_rays_are_masked():
@@ -291,7 +291,7 @@ def test_saturation_and_cosmic_rays_are_masked():
         hit |= exposures.frame(number)["johnson-V"] > mean + 7 * np.sqrt(mean + 10)
     # Whatever was hit hard in a frame is marked, and left out of the mean.
     assert 50 < hit.sum() < mean.size / 2 and (rays[hit] == 2).all()
-    pulls = (of(master) - of(image)) / of(master, "johnson-V_error")
+    pulls = (band_of(master) - band_of(image)) / band_of(master, "johnson-V_error")
     assert np.abs(pulls[hit]).max() < 6 and abs(pulls.mean()) < 0.1
     # One frame alone has no other to be told apart from.
     alone = image.observe(bn.Instrument(**{**keys, "frames": 1})).master()
@@ -320,7 +320,7 @@ def test_a_mosaic_has_a_band_in_each_pixel(tmp_path):
         assert fits.getheader(tmp_path / "raw.fits", "mosaic").get("BAYERPAT") == pattern
     master = exposures.master()
     for band in bands:
-        pulls = (of(master, band) - of(image, band)) / of(master, band + "_error")
+        pulls = (band_of(master, band) - band_of(image, band)) / band_of(master, band + "_error")
         assert np.abs(pulls).max() < 5
     with pytest.raises(bn.BarnardError, match="johnson-U"):
         image.observe({"aperture": "1 m", "mosaic": ["johnson-U"] * 4})
@@ -422,7 +422,7 @@ def test_pictures_that_no_detector_sees():
     scene = even()
     with pytest.raises(bn.BarnardError, match="instrument"):
         scene.render().observe()
-    scene.camera = bn.fisheye("0 0 0 pc", target="0 0 -1 pc", size=16)
+    scene.camera = bn.FisheyeCamera("0 0 0 pc", target="0 0 -1 pc", size=16)
     with pytest.raises(bn.BarnardError, match="perspective"):
         scene.render().observe({"aperture": "1 m"})
 

@@ -80,9 +80,9 @@ def test_radiances_of_two_bands_have_no_passband():
 def test_coordinates_index_the_arrays():
     """A star at (1, 0.7) pc before an eye at 10 pc: to the right of the middle and above it."""
     star = bn.Star("1 0.7 0 pc", temperature="9000 K", luminosity="10 Lsun")
-    camera = bn.perspective("0 0 10 pc", "20 deg", size=(60, 40))
+    camera = bn.PerspectiveCamera("0 0 10 pc", "20 deg", size=(60, 40))
     image = bn.Scene(bands=["johnson-V"], camera=camera, stars=[star], observation=bn.Observation(target="83.8 -5.4")).render()
-    row, column = np.unravel_index(image["V"].value.argmax(), image.shape)
+    row, column = np.unravel_index(image["V"].value.argmax(), image.shape[1:])
     assert row < 20 and column > 30
     place = image.wcs.pixel_to_world(column, row)
     # East is to the left: 0.1 rad to the right and 0.07 rad upwards in the plane of the sky.
@@ -105,7 +105,7 @@ def test_sweeps_leave_the_scene_alone():
     assert scene._tree() == before
     ways = (temperatures, temperatures[::-1])
     with ThreadPoolExecutor(2) as pool:
-        first, second = pool.map(lambda own: means(scene.sweep({"star[0].temperature": own})), ways)
+        first, second = pool.map(lambda values: means(scene.sweep({"star[0].temperature": values})), ways)
     assert first == second[::-1] and first[0] != first[1] and scene._tree() == before
 
 

@@ -28,7 +28,7 @@ def same(one: bn.Image, other: bn.Image) -> None:
 
 def scene_of_layers() -> bn.Scene:
     scene = lit(cloud())
-    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=[24, 16], crop=[2, 3, 12, 9])
+    scene.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=[24, 16], crop=[2, 3, 12, 9])
     scene.observation = bn.Observation("83.82 -5.39", unit="mag/arcsec2 AB")
     scene.output = bn.Output(layers="all")
     scene.display = bn.Display(palette="natural", stretch="log")
@@ -43,14 +43,14 @@ def test_pictures_pickle_without_their_volumes():
         assert np.array_equal(picture.rgb(stretch="linear"), twin.rgb(stretch="linear"))
     # A grid of a megabyte is no part of them.
     big = lit(cloud(64))
-    big.camera = bn.perspective("0 0 4 pc", "32 deg", size=8)
+    big.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=8)
     assert len(pickle.dumps(big.render())) < 50_000
 
 
 def test_pictures_of_all_kinds_pickle():
     scene = lit(cloud(12))
-    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=8)
-    same(*[each(scene.render(backend="reference")) for each in (lambda own: own, through)])
+    scene.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=8)
+    same(*[each(scene.render(backend="reference")) for each in (lambda image: image, through)])
     paths = scene.render(backend="path", samples=4, seed=1)
     same(paths, through(paths))
     # Levels that hold for all frames of a film are kept.
@@ -64,7 +64,7 @@ def test_pictures_of_all_kinds_pickle():
 
 def test_plates_exposures_and_fits_pickle():
     scene = lit(cloud(12))
-    scene.camera = bn.perspective("0 0 1000 pc", "0.12 deg", size=12)
+    scene.camera = bn.PerspectiveCamera("0 0 1000 pc", "0.12 deg", size=12)
     plates = scene.plates()
     same(plates.expose(scene), through(plates).expose(scene))
     scene.instrument = bn.Instrument(aperture="0.5 m", read_noise="4 e", sky="21.5 mag", exposure="0.02 s", frames=3)
@@ -87,7 +87,7 @@ def luminous(model, value: float) -> float:
 
 def test_models_work_in_processes():
     scene = lit(cloud(12))
-    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=8)
+    scene.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=8)
     data = scene.render().radiance
     model = scene.fit_model(["star[0].luminosity"], data, sigma=1e-9)
     places = [900.0, 1000.0, 1100.0]
@@ -97,7 +97,7 @@ def test_models_work_in_processes():
 
 def test_a_pickle_of_another_version_is_refused(monkeypatch):
     scene = lit(cloud(12))
-    scene.camera = bn.perspective("0 0 4 pc", "32 deg", size=8)
+    scene.camera = bn.PerspectiveCamera("0 0 4 pc", "32 deg", size=8)
     pickled = pickle.dumps(scene.render())
     monkeypatch.setattr("barnard._barnard.__version__", "99")
     with pytest.raises(bn.BarnardError, match="pickled by barnard"):

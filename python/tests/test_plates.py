@@ -8,30 +8,30 @@ u = pytest.importorskip("astropy.units")
 
 
 def test_spectra_change_without_a_march(tmp_path, scene):
-    own = scene
-    plates = own.plates(range=(380 * u.nm, "1 um"))
+    nebula = scene
+    plates = nebula.plates(range=(380 * u.nm, "1 um"))
     assert plates.shape == (48, 48) and plates.lights == 1 and "1 lights, 48 x 48 pixels" in repr(plates)
     low, high = plates.range
     assert low <= 0.3801 and high >= 0.9999
-    own.stars[0].temperature = "25000 K"
-    own.bands = "sdss"
-    own.dust.albedo = 0.3
+    nebula.stars[0].temperature = "25000 K"
+    nebula.bands = "sdss"
+    nebula.dust.albedo = 0.3
     with pytest.raises(bn.SceneError, match="outside of the range"):
-        plates.expose(own)
-    own.bands = ["sdss2010-g", "sdss2010-r"]
-    image, fresh = plates.expose(own), own.render()
+        plates.expose(nebula)
+    nebula.bands = ["sdss2010-g", "sdss2010-r"]
+    image, fresh = plates.expose(nebula), nebula.render()
     for band in ("sdss2010-g", "sdss2010-r"):
         a, b = np.asarray(image[band], float), np.asarray(fresh[band], float)
         assert np.abs(a - b).max() < 2e-3 * b.max()
-    path = tmp_path / "own.plates"
+    path = tmp_path / "nebula.plates"
     plates.write(path)
-    again = bn.Plates.read(path).expose(own)
+    again = bn.Plates.read(path).expose(nebula)
     assert np.array_equal(again["sdss2010-g"], image["sdss2010-g"])
     with np.load(path) as arrays:
         assert arrays["plate_0_level"].shape == (48, 48) and arrays["plate_0_coordinates"].dtype == np.uint16
-    own.dust.scale = "4 /pc"
+    nebula.dust.scale = "4 /pc"
     with pytest.raises(bn.SceneError, match="amount of dust"):
-        plates.expose(own)
+        plates.expose(nebula)
 
 
 def test_dust_changes_without_a_march(scene):

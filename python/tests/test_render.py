@@ -34,8 +34,8 @@ def test_a_kept_plan_gives_the_same_bits(scene):
 def test_a_plan_renders_what_it_was_made_of(scene):
     plan = scene.plan()
     assert np.array_equal(plan.render().radiance, scene.render().radiance)
-    other = bn.perspective("1 1 4 pc", "32 deg", size=[40, 30])
-    assert plan.render(other).shape == (30, 40)
+    other = bn.PerspectiveCamera("1 1 4 pc", "32 deg", size=[40, 30])
+    assert plan.render(other).shape == (3, 30, 40)
     assert plan.terms > 0 and plan.bytes > 1000 and plan.certificates["johnson-V"][0].absolute < plan.accuracy
     scene.stars[0].temperature = "5000 K"
     with pytest.raises(bn.PlanError) as caught:
@@ -52,7 +52,7 @@ def test_sweeps(scene):
     assert np.array_equal(images[1].radiance, scene.render().radiance)
     blue = [image["B"].sum() / image["R"].sum() for image in images]
     assert blue == sorted(blue)
-    cameras = [bn.perspective([0, 0, d] * u.pc, "32 deg", size=16) for d in (3, 4)]
+    cameras = [bn.PerspectiveCamera([0, 0, d] * u.pc, "32 deg", size=16) for d in (3, 4)]
     near, far = scene.sweep(camera=cameras)
     assert near["V"].sum() > far["V"].sum()
 
@@ -81,7 +81,7 @@ def test_layers_add_up(scene):
     assert list(layers) == ["scattered", "emission.Ha", "depth", "tau"]
     assert np.allclose(layers["scattered"] + layers["emission.Ha"], image.radiance, rtol=1e-5)
     assert all(layers[name].max() > 0 for name in layers)
-    assert layers["depth"].shape == layers["tau"].shape == image.shape
+    assert layers["depth"].shape == layers["tau"].shape == image.shape[1:]
     lit_up = np.isfinite(layers["depth"])
     # The box is from 3 to 5 pc away.
     assert lit_up.any() and 3 < layers["depth"][lit_up].min() and layers["depth"][lit_up].max() < 5.2
@@ -212,7 +212,7 @@ def test_back_ends_agree(scene):
 def test_images(tmp_path, scene):
     scene.camera.size = [40, 30]
     image = scene.render()
-    assert image.bands == ["johnson-B", "johnson-V", "cousins-R"] and image.shape == (30, 40) and image.radiance.shape == (3, 30, 40)
+    assert image.bands == ["johnson-B", "johnson-V", "cousins-R"] and image.shape == image.radiance.shape == np.asarray(image).shape == (3, 30, 40)
     assert image["V"].unit.is_equivalent(u.MJy * u.Hz / u.sr)
     with pytest.raises(KeyError, match="not a band.*johnson-B, johnson-V, cousins-R"):
         image["U"]
@@ -278,13 +278,13 @@ def test_images_of_all_around_have_their_coordinates():
     pytest.importorskip("astropy")
     scene = lit(cloud())
     for camera, half in [
-        (bn.fisheye("0 0 0 pc", target="0 0 -1 pc", size=24), np.pi / 2),
-        (bn.fisheye("0 0 0 pc", target="0 0 -1 pc", aperture="360 deg", tilt="90 deg", size=24), np.pi),
-        (bn.equirectangular("0 0 0 pc", target="0 0 -1 pc", size=[24, 12]), np.pi),
+        (bn.FisheyeCamera("0 0 0 pc", target="0 0 -1 pc", size=24), np.pi / 2),
+        (bn.FisheyeCamera("0 0 0 pc", target="0 0 -1 pc", aperture="360 deg", tilt="90 deg", size=24), np.pi),
+        (bn.EquirectangularCamera("0 0 0 pc", target="0 0 -1 pc", size=[24, 12]), np.pi),
     ]:
         scene.camera = camera
         image = scene.render()
-        wcs, (height, width) = image.wcs, image.shape
+        wcs, (_, height, width) = image.wcs, image.shape
         column, row = np.meshgrid(np.arange(width), np.arange(height))
         x, y = (column + 0.5 - width / 2) * 2 * half / width, (height / 2 - row - 0.5) * 2 * half / width
         lon, lat = np.radians(wcs.wcs_pix2world(column.ravel(), row.ravel(), 0)).reshape(2, height, width)
@@ -306,7 +306,7 @@ def test_reports_have_the_numbers_of_headers():
     report = image.report
     assert report.backend == "cpu" and report.method == scene.plan().method and report.steps == scene.plan().steps
     assert report.spatial_error.error == image.keywords["SPATERR"] and report.accuracy == image.keywords["ACCURACY"]
-    worst = max(own.absolute for lights in report.certificates.values() for own in lights)
+    worst = max(certificate.absolute for lights in report.certificates.values() for certificate in lights)
     assert report.spectral_error == worst and report.misses_accuracy == (report.spatial_error.error > report.accuracy)
     assert json.loads(report.to_json())["spatial_error"]["pilot_rays"] == image.keywords["SPATRAYS"]
     assert pickle.loads(pickle.dumps(image)).report == report

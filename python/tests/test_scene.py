@@ -1,5 +1,7 @@
 """Scenes in Python are the scenes of files: the same keys, the same bits, errors that name the key."""
 
+import copy
+import inspect
 import pickle
 import re
 import subprocess
@@ -10,6 +12,8 @@ import numpy as np
 import pytest
 
 import barnard as bn
+from barnard import tables
+from barnard._rows import ROWS
 from conftest import cloud, lit
 
 
@@ -91,7 +95,7 @@ SAID_WRONG = [
     (lambda: bn.Star("0 0 0 pc", temperature=39e3), "star.temperature", "39000"),
     (lambda: bn.Star("0 0 0 pc", temperatur="39000 K"), "star.temperatur", "did you mean"),
     (lambda: bn.Star("0 0 0 pc", kind="blackbod"), "star.kind", "blackbody"),
-    (lambda: bn.perspective("0 0 4 pc", "30 deg", sise=3), "camera.sise", "size"),
+    (lambda: bn.PerspectiveCamera("0 0 4 pc", "30 deg", sise=3), "camera.sise", "size"),
     (lambda: bn.Scene(dust=3), "dust", "dictionary"),
     (lambda: setattr(bn.Scene(), "dst", None), "dst", "dust"),
     (lambda: bn.Scene(memory=-1), "memory", "GiB"),
@@ -157,6 +161,29 @@ def test_tables_within_tables_may_be_changed(scene):
     assert "0.1" in again.to_toml()
     with pytest.raises(bn.SceneError, match="dust.phase.gg"):
         scene.dust.phase = {"kind": "henyey_greenstein", "gg": 0.5}
+
+
+def test_kinds_are_classes():
+    phase = bn.HenyeyGreensteinPhase(g=0.5)
+    assert isinstance(phase, bn.Phase) and phase == bn.Phase("henyey_greenstein", g=0.5) != bn.Phase("draine")
+    assert phase.kind == "henyey_greenstein" and repr(phase) == "HenyeyGreensteinPhase(g=0.5)"
+    with pytest.raises(bn.SceneError, match="dust.phase.alpha"):
+        bn.HenyeyGreensteinPhase(alpha=1.0)
+    with pytest.raises(TypeError, match="field_of_view"):
+        bn.PerspectiveCamera("0 0 5 pc")
+    camera = bn.PerspectiveCamera("0 0 5 pc", "30 deg")
+    star = bn.BlackbodyStar("0 0 1 pc", "9000 K", luminosity="10 Lsun")
+    scene = bn.Scene(camera=camera, stars=[star], dust=bn.Dust("n", "1 /pc", albedo=0.5, phase=phase), fields={"n": bn.Sphere("1 pc")})
+    again = bn.Scene.from_toml(scene.to_toml())
+    assert again == scene == copy.copy(scene) == pickle.loads(pickle.dumps(scene)) and again.stars[0] == star
+    with pytest.deprecated_call(match="use PerspectiveCamera"):
+        assert bn.perspective("0 0 5 pc", "30 deg") == camera
+    # Every kind of every table has a class, whose keys are those of the kind. Bookmarks are cameras.
+    classes = [cls for name in tables.__all__ if isinstance(cls := getattr(bn, name), type)]
+    for row in [row for row in ROWS.values() if row.path != "bookmark.*"]:
+        for kind in row.kinds:
+            (cls,) = (cls for cls in classes if (cls._path, cls._kind) == (row.path, kind))
+            assert set(inspect.signature(cls).parameters) - {"copy"} == set(row.all_keys(kind)), cls
 
 
 def test_values_changed_in_place_are_heard():

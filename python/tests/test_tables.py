@@ -11,8 +11,8 @@ from barnard import _barnard, tables
 
 
 def test_the_tables_are_of_the_rows():
-    own = Path(tables.__file__).read_text(encoding="utf-8")
-    assert own == write_tables.text(), "run: python python/write_tables.py"
+    written = Path(tables.__file__).read_text(encoding="utf-8")
+    assert written == write_tables.text(), "run: python python/write_tables.py"
 
 
 def test_choices_are_checked_when_they_are_set():
@@ -54,8 +54,8 @@ def test_the_stub_is_the_native_module():
     assert names(stub.body) - {"KeyRow"} == native
     for node in stub.body:
         if isinstance(node, ast.ClassDef) and node.name != "KeyRow" and not any(base.id.endswith("Error") or base.id == "Exception" for base in node.bases):
-            own = {name for name in vars(getattr(_barnard, node.name)) if not name.startswith("__")}
-            assert names(node.body) - {"__new__"} == own, node.name
+            native = {name for name in vars(getattr(_barnard, node.name)) if not name.startswith("__")}
+            assert names(node.body) - {"__new__"} == native, node.name
 
 
 def test_everything_public_has_words():

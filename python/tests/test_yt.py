@@ -24,14 +24,14 @@ def test_a_covering_grid_becomes_a_picture(tmp_path):
     scene = bn.Scene(bands="hst-wfc3-sho", fields={"n_H": bn.Grid(density, low=cg.left_edge, high=cg.right_edge)})
     scene.dust = bn.Dust("n_H", scale=5.32e-22 * u.mag * u.cm**2, law="gordon23", albedo=0.6)
     scene.stars.append(bn.Star(position=[0.2, 0.1, 0.3] * u.pc, temperature=39e3 * u.K, luminosity=2e5 * u.Lsun))
-    image = scene.render(bn.perspective(position=[0, 0, 5] * u.pc, field_of_view=25 * u.deg, size=32))
+    image = scene.render(bn.PerspectiveCamera(position=[0, 0, 5] * u.pc, field_of_view=25 * u.deg, size=32))
     assert image["F656N"].to(u.MJy / u.sr).value.max() > 0
     image.write(tmp_path / "gmc.fits")
     assert scene.fields["n_H"].unit == "cm-3"
     # The same by hand: the box in pc, the values as plain numbers.
     box = [edge.to_value("pc") for edge in (cg.left_edge, cg.right_edge)]
     scene.fields["n_H"] = bn.Grid(np.array(density.to_value("cm**-3")), low=box[0] * u.pc, high=box[1] * u.pc)
-    again = scene.render(bn.perspective(position=[0, 0, 5] * u.pc, field_of_view=25 * u.deg, size=32))
+    again = scene.render(bn.PerspectiveCamera(position=[0, 0, 5] * u.pc, field_of_view=25 * u.deg, size=32))
     assert np.array_equal(again.radiance, image.radiance)
 
 
@@ -47,23 +47,23 @@ def test_the_lines_of_the_page_run_as_they_stand(tmp_path, monkeypatch):
     ds = yt.load_amr_grids(grids, [2, 2, 2], length_unit="pc", bbox=box, refine_by=2)
     monkeypatch.setattr(yt, "load", lambda name: ds)
     monkeypatch.chdir(tmp_path)
-    said: dict = {}
-    exec(compile(lines.replace("size=1024", "size=96"), str(page), "exec"), said)
-    assert said["image"]["F656N"].max() > 0 and (tmp_path / "gmc.fits").exists()
-    assert "draine03_rv31" in said["image"].notes["albedo"]
+    names: dict = {}
+    exec(compile(lines.replace("size=1024", "size=96"), str(page), "exec"), names)
+    assert names["image"]["F656N"].max() > 0 and (tmp_path / "gmc.fits").exists()
+    assert "draine03_rv31" in names["image"].notes["albedo"]
     # The albedo that nobody said is the one that the note names.
     rows = [row.split(",")[:2] for row in (SPECTRA / "dust" / "draine03_rv31.csv").read_text().splitlines() if row[:1].isdigit()]
     (tmp_path / "albedo.csv").write_text("# wavelength_um, albedo\n" + "".join(f"{row[0]}, {row[1]}\n" for row in rows))
-    scene, camera = said["scene"], bn.perspective(position=[0, 0, 20] * u.pc, field_of_view=25 * u.deg, size=96)
+    scene, camera = names["scene"], bn.PerspectiveCamera(position=[0, 0, 20] * u.pc, field_of_view=25 * u.deg, size=96)
     scene.dust.albedo = {"kind": "file", "file": str(tmp_path / "albedo.csv")}
     again = scene.render(camera)
-    assert "albedo" not in again.notes and np.allclose(again.radiance, said["image"].radiance, rtol=1e-6, atol=0)
+    assert "albedo" not in again.notes and np.allclose(again.radiance, names["image"].radiance, rtol=1e-6, atol=0)
     scene.dust.albedo = 0.6
     assert not np.allclose(scene.render(camera).radiance, again.radiance, rtol=1e-3, atol=0)
 
 
 def test_mean_radiances_are_those_of_the_band():
-    scene = bn.Scene(bands="johnson", camera=bn.perspective("0 0 4 pc", "20 deg", size=4))
+    scene = bn.Scene(bands="johnson", camera=bn.PerspectiveCamera("0 0 4 pc", "20 deg", size=4))
     scene.background = bn.Background(kind="power_law", exponent=0.0, radiance="2e-7 W/m2/sr/um", wavelength="550 nm")
     image = scene.render()
     for band in image:
