@@ -224,7 +224,7 @@ impl Picture {
         let plan = self.plan.clone().with_size(camera.width, camera.height);
         let (bands, size) = (self.image.bands.len(), camera.width * camera.height);
         let mut light = vec![0.0; bands * size];
-        let _ = backend::draw(Sources::PREVIEW, &self.scene, &plan, &Control::default(), |i, value| light[i] += value)?;
+        let _ = backend::draw(Sources::PREVIEW, &plan, &Control::default(), |i, value| light[i] += value)?;
         let (image, colours, tone, code) = (&self.image, &self.colours, &self.tone, self.tone.coder());
         let spark = |pixel: usize| {
             let radiance = |b: usize| light[b * size + pixel];

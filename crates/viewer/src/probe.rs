@@ -28,7 +28,7 @@ impl Probed {
         let wavelengths_um: Vec<f64> = (0..SAMPLES).map(|i| ends.0 + (ends.1 - ends.0) * i as f64 / (SAMPLES - 1) as f64).collect();
         let (column, row) = pixel;
         let ray = picture.plan.camera().ray(column as f64 + 0.5, row as f64 + 0.5);
-        let found = picture.plan.probe(&picture.scene, &ray, &wavelengths_um).map_err(|e| e.to_string());
+        let found = picture.plan.probe(&ray, &wavelengths_um).map_err(|e| e.to_string());
         Self { image: picture.image.clone(), pixel, wavelengths_um, found }
     }
 

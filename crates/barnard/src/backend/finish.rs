@@ -5,7 +5,7 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::Ray;
 use crate::image::{Band, Image, PointSource, Report, Samples};
-use crate::plan::Plan;
+use crate::plan::{Plan, Planned};
 use crate::points::{self, Sources};
 use crate::scene::Scene;
 
@@ -13,18 +13,18 @@ use crate::scene::Scene;
 ///
 /// # Errors
 /// Radiances that are not finite, a star field with too many stars, and interruption by the user.
-pub(super) fn finished(scene: &Scene, plan: &Plan, mut radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
-    let points = draw(plan.sources, scene, plan, control, |i, value| radiance.samples.add(i, value))?;
-    Ok(Image { points, ..stated(scene, plan, radiance, backend)? })
+pub(super) fn finished(planned: &Planned, mut radiance: Radiance, backend: &str, control: &Control) -> Result<Image> {
+    let points = draw(planned.sources, planned, control, |i, value| radiance.samples.add(i, value))?;
+    Ok(Image { points, ..stated(planned, radiance, backend)? })
 }
 
 /// An image of all light, with the errors that a plan states.
 ///
 /// # Errors
 /// Radiances that are not finite.
-pub(super) fn stated(scene: &Scene, plan: &Plan, radiance: Radiance, backend: &str) -> Result<Image> {
-    let mut image = described(scene, plan, radiance.samples)?;
-    image.report = plan.report(backend, &radiance.stats);
+pub(super) fn stated(planned: &Planned, radiance: Radiance, backend: &str) -> Result<Image> {
+    let mut image = described(planned, radiance.samples)?;
+    image.report = planned.report(backend, &radiance.stats);
     image.report.notes.extend(radiance.report.notes);
     Ok(image)
 }
@@ -49,8 +49,8 @@ pub(super) fn drawn_exactly(scene: &Scene, accuracy: f64, radiance: Radiance, ba
 ///
 /// # Errors
 /// Radiances that are not finite.
-pub fn described(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> {
-    let image = describe(scene, &plan.camera, samples);
+pub fn described(planned: &Planned, samples: Samples) -> Result<Image> {
+    let image = describe(planned.scene(), &planned.camera, samples);
     image.check()?;
     Ok(image)
 }
@@ -60,10 +60,10 @@ pub fn described(scene: &Scene, plan: &Plan, samples: Samples) -> Result<Image> 
 ///
 /// # Errors
 /// If the star field has too many stars, and on interruption by the user.
-pub fn draw(sources: Sources, scene: &Scene, plan: &Plan, control: &Control, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
-    let far = end_of_space(plan);
-    let depth = |_: usize, ray: &Ray, length: f64| plan.space.depth(ray.origin, ray.at(length.min(far)));
-    draw_behind(sources, scene, plan, depth, control, add)
+pub fn draw(sources: Sources, planned: &Planned, control: &Control, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
+    let far = end_of_space(planned);
+    let depth = |_: usize, ray: &Ray, length: f64| planned.space.depth(ray.origin, ray.at(length.min(far)));
+    draw_behind(sources, planned, depth, control, add)
 }
 
 /// A distance from the camera behind which nothing absorbs \[pc\].
@@ -74,15 +74,14 @@ pub(crate) fn end_of_space(plan: &Plan) -> f64 {
 /// Draws unresolved sources behind depths that `depth` tells: of a source by its number, on so much of a ray \[pc\].
 pub(super) fn draw_behind(
     sources: Sources,
-    scene: &Scene,
-    plan: &Plan,
+    planned: &Planned,
     depth: impl Fn(usize, &Ray, f64) -> f64 + Sync,
     control: &Control,
     add: impl FnMut(usize, f64),
 ) -> Result<Vec<PointSource>> {
     let fluxes = |number: usize, light: usize, ray: &Ray, length: f64| {
         let depth = depth(number, ray, length);
-        plan.spectral.bands.iter().map(|band| band.rule.evaluate(light, depth)).collect()
+        planned.spectral.bands.iter().map(|band| band.rule.evaluate(light, depth)).collect()
     };
-    points::draw(sources, scene, &plan.camera, &plan.lights, fluxes, control, add)
+    points::draw(sources, planned.scene(), &planned.camera, &planned.lights, fluxes, control, add)
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::control::Control;
 use crate::error::Result;
-use crate::plan::{Options, Plan, Planned, Planner};
+use crate::plan::{Options, Planned, Planner};
 use crate::scene::Scene;
 
 /// A render to be done: a scene and its plan, which is made once a back end asks for it where there is none.
@@ -13,7 +13,7 @@ use crate::scene::Scene;
 pub struct Job<'a> {
     scene: Cow<'a, Arc<Scene>>,
     options: &'a Options,
-    plan: OnceLock<Cow<'a, Plan>>,
+    planned: OnceLock<Cow<'a, Planned>>,
 }
 
 impl<'a> Job<'a> {
@@ -24,7 +24,7 @@ impl<'a> Job<'a> {
     pub fn new(scene: impl Into<Arc<Scene>>, options: &'a Options) -> Result<Self> {
         let scene = scene.into();
         scene.check()?;
-        Ok(Self { scene: Cow::Owned(scene), options, plan: OnceLock::new() })
+        Ok(Self { scene: Cow::Owned(scene), options, planned: OnceLock::new() })
     }
 
     /// The scene to be rendered.
@@ -41,36 +41,34 @@ impl<'a> Job<'a> {
     ///
     /// # Errors
     /// Errors of [`Planner::plan`].
-    pub fn plan(&self, control: &Control) -> Result<&Plan> {
-        if let Some(plan) = self.plan.get() {
-            return Ok(plan);
+    pub fn plan(&self, control: &Control) -> Result<&Planned> {
+        if let Some(planned) = self.planned.get() {
+            return Ok(planned);
         }
         let planned = Planner::new(self.options).plan(self.scene().clone(), None, control)?;
-        Ok(self.plan.get_or_init(|| Cow::Owned(planned.plan().clone())))
+        Ok(self.planned.get_or_init(|| Cow::Owned(planned)))
     }
 
     /// The job of another camera; a plan that is there is kept.
     pub(super) fn seen_by(&self, camera: crate::camera::Camera, control: &Control) -> Result<Self> {
-        let mut plan = self.plan.get().map(|plan| Plan::clone(plan));
-        if let Some(plan) = &mut plan {
-            plan.look_from(camera.clone(), control)?;
+        match self.planned.get() {
+            Some(planned) => {
+                let mut planned = Planned::clone(planned);
+                planned.look_from(camera, control)?;
+                Ok(Self::of(planned, self.options))
+            }
+            None => Self::new(Scene::clone(&self.scene).with_camera(camera), self.options),
         }
-        let scene = Arc::new(Scene::clone(&self.scene).with_camera(camera));
-        Ok(Self {
-            scene: Cow::Owned(scene),
-            options: self.options,
-            plan: plan.map_or_else(OnceLock::new, |plan| OnceLock::from(Cow::Owned(plan))),
-        })
     }
 
-    /// This job, with `plan` in place of its plan.
-    pub(super) fn by_plan(&self, plan: Plan) -> Self {
-        Self { scene: self.scene.clone(), options: self.options, plan: OnceLock::from(Cow::Owned(plan)) }
+    /// A job whose plan is made.
+    pub(super) fn of(planned: Planned, options: &'a Options) -> Self {
+        Self { scene: Cow::Owned(planned.scene().clone()), options, planned: OnceLock::from(Cow::Owned(planned)) }
     }
 }
 
 impl<'a> From<&'a Planned> for Job<'a> {
     fn from(planned: &'a Planned) -> Self {
-        Self { scene: Cow::Borrowed(planned.scene()), options: planned.options(), plan: OnceLock::from(Cow::Borrowed(planned.plan())) }
+        Self { scene: Cow::Borrowed(planned.scene()), options: planned.options(), planned: OnceLock::from(Cow::Borrowed(planned)) }
     }
 }

@@ -9,7 +9,7 @@ use crate::composite::joined;
 use crate::control::Control;
 use crate::error::Result;
 use crate::image::{Image, Layer, LayerContent, Samples};
-use crate::light::Part;
+use crate::light::LightPart;
 use crate::scene::Scene;
 
 /// Renders finished images by a back end.
@@ -50,7 +50,7 @@ impl<'a> Renderer<'a> {
     /// Radiances that are not finite, a star field with too many stars, and interruption by the user.
     pub fn finish(&self, job: &Job, radiance: Radiance, control: &Control) -> Result<Image> {
         match self.backend.input() {
-            Input::Plan => finished(job.scene(), job.plan(control)?, radiance, &self.backend.name(), control),
+            Input::Plan => finished(job.plan(control)?, radiance, &self.backend.name(), control),
             Input::Scene { accuracy } => drawn_exactly(job.scene(), accuracy, radiance, &self.backend.name(), control),
         }
     }
@@ -75,15 +75,15 @@ fn layered(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Ima
 /// The picture whose light is rendered part by part, each a layer.
 fn in_parts(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Image, RenderStats)> {
     let scene = job.scene();
-    let parts = Part::of(scene);
-    let extended: Vec<Part> = parts.iter().copied().filter(|part| *part != Part::Stars).collect();
+    let parts = LightPart::of(scene);
+    let extended: Vec<LightPart> = parts.iter().copied().filter(|part| *part != LightPart::Stars).collect();
     let mut layers = Vec::new();
     let mut sum: Option<Radiance> = None;
     for (i, part) in extended.iter().enumerate() {
         let share = |i: usize| i as f64 / extended.len() as f64;
         let control = control.part(share(i), share(i + 1));
         let of_part = match renderer.backend.input() {
-            Input::Plan => job.by_plan(job.plan(&control)?.only(|other| other == *part)),
+            Input::Plan => Job::of(job.plan(&control)?.only(|other| other == *part), job.options()),
             Input::Scene { .. } => Job::new(part.alone(scene)?, job.options())?,
         };
         let part_radiance = renderer.backend.radiance(&of_part, &control)?;
@@ -102,25 +102,25 @@ fn in_parts(renderer: &mut Renderer, job: &Job, control: &Control) -> Result<(Im
         None => renderer.backend.radiance(job, control)?,
     };
     let stats = radiance.stats;
-    if parts.contains(&Part::Stars) {
+    if parts.contains(&LightPart::Stars) {
         let dark = Radiance { samples: radiance.samples.zeroed(), ..radiance.clone() };
         let samples = renderer.finish(job, dark, control)?.samples;
-        layers.push(Layer { name: name(Part::Stars, scene, &layers), content: LayerContent::Light, samples });
+        layers.push(Layer { name: name(LightPart::Stars, scene, &layers), content: LayerContent::Light, samples });
     }
     let image = renderer.finish(job, radiance, control)?;
     Ok((Image { layers, ..image }, stats))
 }
 
 /// The name of a part's layer, as channels of files have them: no two are the same, and none holds a dot or a blank.
-fn name(part: Part, scene: &Scene, others: &[Layer]) -> String {
+fn name(part: LightPart, scene: &Scene, others: &[Layer]) -> String {
     let plain_name = match part {
-        Part::Scattered => "scattered".into(),
-        Part::Emission { species } => {
+        LightPart::Scattered => "scattered".into(),
+        LightPart::Emission { species } => {
             let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
             format!("emission.{}", scene.species()[species].name.chars().map(plain).collect::<String>())
         }
-        Part::Background => "background".into(),
-        Part::Stars => "stars".into(),
+        LightPart::Background => "background".into(),
+        LightPart::Stars => "stars".into(),
     };
     let mut names = std::iter::once(plain_name.clone()).chain((2..).map(|i| format!("{plain_name}_{i}")));
     names.find(|name| others.iter().all(|layer| layer.name != *name)).unwrap_or(plain_name)

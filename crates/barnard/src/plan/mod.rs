@@ -44,7 +44,7 @@ use crate::control::Control;
 use crate::detail::FineDetail;
 use crate::error::Result;
 pub use crate::image::Stepping;
-use crate::light::{Light, Part};
+use crate::light::Light;
 use crate::points::Sources;
 use crate::volume::Volume;
 
@@ -87,7 +87,8 @@ pub const END_SHARE: f32 = 0.02;
 pub const END_DEPTH: f32 = 3.0;
 
 impl Plan {
-    /// True if another is the same plan, seen by the same camera: whatever is large must be shared, not equal.
+    /// True if another is the same plan, seen by the same camera. Its parts are shared and do not change, so addresses tell plans
+    /// apart that were changed by hand, which no fingerprint of a scene does.
     pub fn is(&self, other: &Self) -> bool {
         fn same<T: ?Sized>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
             match (a, b) {
@@ -164,17 +165,6 @@ impl Plan {
     /// Times that light of stars may scatter.
     pub fn bounces(&self) -> usize {
         self.bounces
-    }
-
-    /// Copy of the plan of which only some parts of the light shine.
-    #[must_use]
-    pub(crate) fn only(&self, shines: impl Fn(Part) -> bool) -> Self {
-        let every = |light: &Light| shines(light.route.part());
-        let mut plan = Self { shining: Some(self.lights.iter().map(every).collect()), ..self.clone() };
-        if !shines(Part::Scattered) {
-            (plan.light_field, plan.scattered_field) = (None, None);
-        }
-        plan
     }
 
     /// True if a light shines.

@@ -9,6 +9,7 @@ use super::{Options, Plan, SpatialPlan, Stepping};
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::light::{Light, LightPart};
 use crate::scene::{Part, Parts, Scene};
 
 /// Parts of a scene that its plan fixes, for any method and camera.
@@ -86,8 +87,11 @@ impl Planned {
         self.with_scene(scene, control)
     }
 
-    /// The plan for a scene that is known to have the same physics.
-    pub(crate) fn with_scene(&self, scene: Arc<Scene>, control: &Control) -> Result<Self> {
+    /// Variant of [`for_scene`](Self::for_scene) without its checks, for a scene whose [parts](Scene::parts) were compared.
+    ///
+    /// # Errors
+    /// Errors of [`look_from`](Self::look_from).
+    pub fn with_scene(&self, scene: Arc<Scene>, control: &Control) -> Result<Self> {
         let mut plan = self.plan.clone();
         if plan.camera != scene.camera {
             plan.look_from(scene.camera.clone(), control)?;
@@ -159,6 +163,17 @@ impl Planned {
             Arc::make_mut(scattered_field).report.far_field = None;
         }
         self
+    }
+
+    /// Copy of the plan of which only some parts of the light shine.
+    #[must_use]
+    pub(crate) fn only(&self, shines: impl Fn(LightPart) -> bool) -> Self {
+        let every = |light: &Light| shines(light.route.part());
+        let mut plan = Plan { shining: Some(self.plan.lights.iter().map(every).collect()), ..self.plan.clone() };
+        if !shines(LightPart::Scattered) {
+            (plan.light_field, plan.scattered_field) = (None, None);
+        }
+        Self { plan, ..self.clone() }
     }
 
     /// Copy of the plan with the depths and densities of another: for tests of back ends that sweep depths themselves.

@@ -8,8 +8,7 @@ use crate::geometry::Ray;
 use crate::light::{factor, law};
 use crate::plan::pilots::march_f64::{Eye, RayMarch};
 use crate::plan::pilots::star_columns::StarColumns;
-use crate::plan::{Plan, Stepping};
-use crate::scene::Scene;
+use crate::plan::{Planned, Stepping};
 
 /// The samples along a voxel.
 const STEPS: f64 = 2.0;
@@ -48,14 +47,14 @@ impl Eye for Spectrograph {
     }
 }
 
-impl Plan {
+impl Planned {
     /// The spectrum that arrives along `ray` at `wavelengths_um`, in f64 with the star depths of this plan, exact ones
-    /// where it has let go of them; the phase function is that of the first band's middle. `scene` is the one that was
-    /// planned.
+    /// where it has let go of them; the phase function is that of the first band's middle.
     ///
     /// # Errors
     /// If the extinction law is not known at one of the wavelengths.
-    pub fn probe(&self, scene: &Scene, ray: &Ray, wavelengths_um: &[f64]) -> Result<Probe> {
+    pub fn probe(&self, ray: &Ray, wavelengths_um: &[f64]) -> Result<Probe> {
+        let scene = self.scene();
         let law = law(scene)?;
         let ends = wavelengths_um.iter().fold((f64::MAX, 0.0f64), |(low, high), l| (low.min(*l), high.max(*l)));
         if scene.dust.is_some() && ends.1 > 0.0 {
@@ -127,7 +126,7 @@ mod tests {
         let count = 2000;
         let step = (high - low) / count as f64;
         let wavelengths: Vec<f64> = (0..count).map(|i| low + (i as f64 + 0.5) * step).collect();
-        let probe = plan.probe(&scene, &scene.camera.ray(0.5, 0.5), &wavelengths).unwrap();
+        let probe = plan.probe(&scene.camera.ray(0.5, 0.5), &wavelengths).unwrap();
         let continuum: f64 = wavelengths.iter().zip(&probe.continuum).map(|(l, v)| step * band.response(*l) * v).sum();
         let lines: f64 = probe.lines.iter().map(|l| band.response(l.lambda_um) * l.strength).sum();
         assert!(((continuum + lines) / truth - 1.0).abs() < 3e-3, "{continuum} {lines} {truth}");
@@ -135,6 +134,6 @@ mod tests {
         assert!(lines > 0.02 * truth && continuum > 0.02 * truth && probe.lines.len() == 1);
         // Along the axis of a ball of radius 1 pc.
         assert!((probe.depth / 3.0 - 1.0).abs() < 0.03, "{}", probe.depth);
-        assert!(plan.probe(&scene, &scene.camera.ray(0.5, 0.5), &[90.0]).is_err());
+        assert!(plan.probe(&scene.camera.ray(0.5, 0.5), &[90.0]).is_err());
     }
 }

@@ -6,7 +6,7 @@ use crate::common::rendered::{on_reference, parse};
 use barnard::backend::{self, Renderer, cpu};
 use barnard::control::Control;
 use barnard::image::Image;
-use barnard::plan::{Options, Plan, Planner, Quality};
+use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::points::Sources;
 use barnard::scene::Scene;
 use spectra::constants::PARSEC;
@@ -359,9 +359,9 @@ bake = 32
 "#
     ));
     let options = Options::default();
-    let drawn = |plan: &Plan, sources: Sources| {
+    let drawn = |plan: &Planned, sources: Sources| {
         let mut light = 0.0;
-        backend::draw(sources, &scene, plan, &Control::default(), |_, value| light += value).unwrap();
+        backend::draw(sources, plan, &Control::default(), |_, value| light += value).unwrap();
         light
     };
     let preview = Planner::new(&options).with_quality(Quality::Preview).plan(&scene, None, &Control::default()).unwrap();

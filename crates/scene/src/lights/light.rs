@@ -38,19 +38,19 @@ pub enum Route {
 
 impl Route {
     /// The part of the picture's light that takes it.
-    pub fn part(self) -> Part {
+    pub fn part(self) -> LightPart {
         match self {
-            Route::Scattered { .. } => Part::Scattered,
-            Route::Emitted { species } => Part::Emission { species },
-            Route::Background => Part::Background,
-            Route::Direct { .. } | Route::FieldStar { .. } => Part::Stars,
+            Route::Scattered { .. } => LightPart::Scattered,
+            Route::Emitted { species } => LightPart::Emission { species },
+            Route::Background => LightPart::Background,
+            Route::Direct { .. } | Route::FieldStar { .. } => LightPart::Stars,
         }
     }
 }
 
 /// A part of a picture's light, by where it comes from last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum LightPart {
     /// Starlight that dust scatters towards the eye.
     Scattered,
     /// Light of a species of gas.
@@ -64,7 +64,7 @@ pub enum Part {
     Stars,
 }
 
-impl Part {
+impl LightPart {
     /// The parts that a scene's light has.
     pub fn of(scene: &Scene) -> Vec<Self> {
         let mut parts = Vec::new();

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::image::{ColourSpace, Compression, Glare, LayerChannels, LayerChoice, Output, SaveOptions};
-use crate::light::Part;
+use crate::light::LightPart;
 use crate::memory;
 use crate::properties::{Choice, Choices, Key, KeyRow, OrDefault, Section, Table, Texts};
 
@@ -47,7 +47,7 @@ impl Scene {
             self.spec.output.layers = LayerChoice::default();
         }
         let (layers, bands) = (self.output.layers, self.bands.len());
-        let parts = if layers.light { Part::of(&self).len() } else { 0 };
+        let parts = if layers.light { LightPart::of(&self).len() } else { 0 };
         let values = bands * (1 + parts) + 2 * usize::from(layers.depth) + 2 * usize::from(layers.tau);
         let what = if layers.is_any() { "the image with its layers" } else { "the image" };
         memory::check(what, self.image_bytes(values), memory_limit)?;

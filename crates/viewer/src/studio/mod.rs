@@ -322,7 +322,7 @@ impl Studio {
         let backend = self.opener.backend_in(&mut stand.quick, &scene)?;
         let Rendered { light, seconds, by } = rendered(backend, &Job::from(&plan), control)?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
-        let image = backend::described(&scene, &plan, light.samples)?;
+        let image = backend::described(&plan, light.samples)?;
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
         let asked = pixels(plan.camera());
         let mut picture = Picture::new(image, scene, tone, plan, times, by);
@@ -359,14 +359,17 @@ impl Studio {
 
 impl Stand {
     /// The preview's plan of a view, seen by its scene's camera.
-    fn previewed(&mut self, view: &View, scene: &Scene, options: &Options, control: &Control) -> Result<&Planned> {
+    fn previewed(&mut self, view: &View, scene: &Arc<Scene>, options: &Options, control: &Control) -> Result<&Planned> {
         if self.preview.as_ref().is_none_or(|(physics, _)| *physics != view.physics) {
-            let plan =
-                Planner::new(options).with_quality(Quality::Preview).plan(scene, self.preview.as_ref().map(|(_, plan)| plan), control)?;
+            let plan = Planner::new(options).with_quality(Quality::Preview).plan(
+                scene.clone(),
+                self.preview.as_ref().map(|(_, plan)| plan),
+                control,
+            )?;
             self.preview = Some((view.physics, plan));
         }
         let Some((_, plan)) = &mut self.preview else { return Err(Error::Interrupted) };
-        plan.look_from(scene.camera.clone(), control)?;
+        *plan = plan.with_scene(scene.clone(), control)?;
         Ok(plan)
     }
 

@@ -35,7 +35,7 @@ use crate::geometry::{Bounds, Ray};
 use crate::image::Image;
 use crate::memory;
 use crate::packet::{LANES, Lane, exp, lanes};
-use crate::plan::{BrickFields, Options, Plan, Planner, Stepping};
+use crate::plan::{BrickFields, Options, Plan, Planned, Planner, SpatialPlan, Stepping};
 use crate::points;
 use crate::scene::Scene;
 
@@ -48,8 +48,7 @@ const BESIDE_SUMS: usize = 2;
 /// Data shared by all bricks of a volume: a scene of coarse fields with its plan, and where the voxels are.
 #[derive(Debug)]
 pub struct Whole {
-    scene: Arc<Scene>,
-    plan: Plan,
+    planned: Planned,
     partition: Partition,
     memory_limit: u64,
 }
@@ -89,16 +88,15 @@ impl Whole {
             return refused("[detail]", "remove [detail]");
         }
         let planned = Planner::new(&options).plan(scene, None, control)?;
-        let mut plan = planned.plan().clone();
-        if plan.space.many_lights.is_some() {
+        if planned.space.many_lights.is_some() {
             return refused("aggregated stars", "set exact_stars to the number of stars");
         }
-        let tables = Tables::new(&plan);
-        if plan.star_march.is_some() || plan.light_field.is_some() || tables.terms.exponentials().is_none() {
+        let tables = Tables::new(&planned);
+        if planned.star_march.is_some() || planned.light_field.is_some() || tables.terms.exponentials().is_none() {
             return refused("this spectral method", "use the default method");
         }
         drop(tables);
-        let mut boxes = plan.space.dust.iter().map(|d| &**d).chain(plan.space.gas()).map(|grid| grid.lattice().bounds);
+        let mut boxes = planned.space.dust.iter().map(|d| &**d).chain(planned.space.gas()).map(|grid| grid.lattice().bounds);
         let Some(bounds) = boxes.next() else { return Err(Error::missing("dust or gas", "add some to the scene")) };
         if let Some(other) = boxes.find(|other| *other != bounds) {
             let named = |bounds: Bounds| format!("{} to {} pc", bounds.low, bounds.high);
@@ -106,13 +104,15 @@ impl Whole {
         }
         let lattice = Lattice { dims, bounds };
         // Each brick brings its own.
-        Arc::make_mut(&mut plan.space).volumes = Vec::new();
-        Ok(Self { scene: planned.scene().clone(), plan, partition: Partition::new(lattice, cuts)?, memory_limit: options.memory_limit })
+        let mut space = SpatialPlan::clone(&planned.space);
+        space.volumes = Vec::new();
+        let planned = planned.with_space(Arc::new(space));
+        Ok(Self { planned, partition: Partition::new(lattice, cuts)?, memory_limit: options.memory_limit })
     }
 
     /// The plan of the coarse volume, without what a march reads of it.
     pub fn plan(&self) -> &Plan {
-        &self.plan
+        &self.planned
     }
 
     /// Positions of the voxels and the bricks.
@@ -122,15 +122,15 @@ impl Whole {
 
     /// Places of the stars that have depths \[pc\], in the order of [`BrickFields::star_depths`].
     pub fn stars(&self) -> Vec<DVec3> {
-        let with_depths = if self.plan.space.dust.is_some() { self.plan.space.marched() } else { &[] };
-        with_depths.iter().map(|star| self.plan.space.stars[*star]).collect()
+        let with_depths = if self.planned.space.dust.is_some() { self.planned.space.marched() } else { &[] };
+        with_depths.iter().map(|star| self.planned.space.stars[*star]).collect()
     }
 
     /// The voxels that the march of a brick reads: its own and a halo around them.
     pub fn stored(&self, place: [usize; 3]) -> [Range<usize>; 3] {
         let (voxels, dims) = (self.partition.voxels(place), self.partition.lattice().dims);
         let diagonal = DVec3::from(dims.map(|n| n as f64)).length();
-        let step = match self.plan.stepping {
+        let step = match self.planned.stepping {
             Stepping::PerVoxel(n) | Stepping::Paired(n) => 1.0 / n,
             Stepping::Fixed(n) => diagonal / n as f64,
         };
@@ -159,8 +159,8 @@ impl Whole {
     /// wishes to stop.
     pub fn march(&self, place: [usize; 3], fields: BrickFields, control: &Control) -> Result<Partial> {
         let whole = self.partition.lattice();
-        let space = self.plan.space.brick(whole, &self.stored(place), fields, self.memory_limit)?;
-        let plan = &Plan { space: Arc::new(space), ..self.plan.clone() };
+        let space = self.planned.space.brick(whole, &self.stored(place), fields, self.memory_limit)?;
+        let plan = &Plan { space: Arc::new(space), ..self.planned.plan().clone() };
         let domain = self.domain(place);
         let camera = &plan.camera;
         let tiles = Tiles::new(camera);
@@ -201,7 +201,7 @@ impl Whole {
     /// The optical depth at V in a domain before each unresolved source, exact through the samples of the dust \[1\].
     fn points(&self, plan: &Plan, domain: &Bounds) -> Result<Vec<f64>> {
         let far = end_of_space(plan);
-        let points = points::points(plan.sources, &self.scene, &plan.camera, &plan.lights)?;
+        let points = points::points(plan.sources, self.planned.scene(), &plan.camera, &plan.lights)?;
         let grown = moved_out(domain, &self.partition.lattice().bounds);
         let depth = |point: &points::Point| {
             let ray = point.ray(&plan.camera);
@@ -216,7 +216,7 @@ impl Whole {
     /// Bricks in an order in which no ray meets one before another that stands before it, by their numbers along x, y
     /// and z.
     pub fn front_to_back(&self) -> Vec<[usize; 3]> {
-        let (camera, lattice) = (&self.plan.camera, self.partition.lattice());
+        let (camera, lattice) = (&self.planned.camera, self.partition.lattice());
         // How many bricks lie before one along an axis.
         let before = |axis: usize, brick: usize| -> usize {
             let count = self.partition.count(axis);
@@ -251,7 +251,7 @@ impl Whole {
     /// # Errors
     /// If the parts are not those of this picture.
     pub fn over(&self, front: Partial, back: Partial) -> Result<Partial> {
-        let tables = Tables::new(&self.plan);
+        let tables = Tables::new(&self.planned);
         let (k, size) = (self.extinctions(&tables), self.size(&tables));
         front.check(size)?;
         back.check(size)?;
@@ -292,7 +292,7 @@ impl Whole {
     /// # Errors
     /// If values are no numbers or the parts are not those of this picture, and on interruption by the user.
     pub fn picture(&self, all: &Partial, control: &Control) -> Result<(Image, RenderStats)> {
-        let plan = &self.plan;
+        let plan = &self.planned;
         let tables = Tables::new(plan);
         let size = self.size(&tables);
         let (sums, depth) = (size - BESIDE_SUMS, size - BESIDE_SUMS);
@@ -321,8 +321,8 @@ impl Whole {
         let stats = RenderStats { depth: deepest, rays: (width * height * s * s) as u64, storage: plan.storage(), negative };
         let mut radiance = Radiance::single(data, stats);
         let before = |number: usize, _: &Ray, _: f64| all.points.get(number).copied().unwrap_or(0.0);
-        let points = draw_behind(plan.sources, &self.scene, plan, before, control, |i, value| radiance.samples.add(i, value))?;
-        Ok((Image { points, ..stated(&self.scene, plan, radiance, ENTRY.name)? }, stats))
+        let points = draw_behind(plan.sources, plan, before, control, |i, value| radiance.samples.add(i, value))?;
+        Ok((Image { points, ..stated(plan, radiance, ENTRY.name)? }, stats))
     }
 }
 

@@ -29,9 +29,9 @@ use crate::camera::Camera;
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::geometry::Ray;
-use crate::light::Part;
+use crate::light::LightPart;
 use crate::packet::LANES;
-use crate::plan::Plan;
+use crate::plan::{Plan, Planned};
 use march::March;
 pub(crate) use plates::{Combined, combined};
 use tables::Tables;
@@ -95,8 +95,8 @@ pub struct Distances {
 ///
 /// # Errors
 /// On interruption by the user.
-pub fn distances(plan: &Plan, control: &Control) -> Result<Distances> {
-    let plan = &plan.only(|part| part != Part::Background);
+pub fn distances(plan: &Planned, control: &Control) -> Result<Distances> {
+    let plan = &plan.only(|part| part != LightPart::Background);
     let tables = Tables::new(plan);
     let march = March::new(plan, &tables, None).measuring();
     let (mut depth, _) = marched(&plan.camera, 4, |(rays, numbers)| (march.distances(rays, numbers), 0.0), control)?;
