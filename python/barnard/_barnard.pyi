@@ -1,7 +1,7 @@
 """The native part of the package; `barnard` is what people use."""
 
 from collections.abc import Callable
-from typing import Any, TypedDict
+from typing import Any, Required, TypedDict
 
 import numpy as np
 
@@ -23,6 +23,61 @@ class KeyRow(TypedDict):
     parts: list[str]
 
 KindRow = tuple[str, str, list[KeyRow]]
+
+class CertificateFacts(TypedDict):
+    light: str
+    absolute: float
+    relative: float
+    depth: float
+
+class SpatialFacts(TypedDict, total=False):
+    error: float
+    pilot_rays: int
+    function_samples: float
+    samples_per_edge: int
+    stars: float
+    sampled_stars: int
+
+class ReportFacts(TypedDict, total=False):
+    backend: str
+    method: str
+    bounces: int
+    steps: str
+    accuracy: float
+    optical_depth: float
+    spectral_error: float
+    spatial_error: SpatialFacts
+    misses_accuracy: bool
+    scattering_error: dict[str, float]
+    detail: dict[str, float]
+    paths: dict[str, int]
+    certificates: Required[dict[str, list[CertificateFacts]]]
+    negative_values: int
+    notes: dict[str, str]
+
+class FitFacts(TypedDict):
+    values: list[float]
+    covariance: np.ndarray
+    floor: list[float]
+    linear: list[bool]
+    chi2: float
+    chi2_warning: str | None
+    pixels: int
+    pictures: int
+    converged: bool
+    degenerate: list[int]
+    bounded: list[int]
+    residuals: list[Image]
+
+class ParameterFacts(TypedDict):
+    path: str
+    value: bool | float | str | list[float] | list[str]
+    unit: str
+    low: float
+    high: float
+    type: str
+    summary: str
+    is_default: bool
 
 class BarnardError(Exception):
     """Base class of all errors. A message has the problem, its location and the remedy."""
@@ -66,7 +121,7 @@ class Sequence:
 
 class Plan:
     @property
-    def report(self) -> dict[str, Any]: ...
+    def report(self) -> ReportFacts: ...
     @property
     def terms(self) -> int: ...
     @property
@@ -124,7 +179,7 @@ class Image:
     @property
     def layers(self) -> dict[str, np.ndarray]: ...
     @property
-    def report(self) -> dict[str, Any]: ...
+    def report(self) -> ReportFacts: ...
     @property
     def radiances(self) -> list[int]: ...
     @property
@@ -189,7 +244,7 @@ class FitModel:
     @property
     def data(self) -> np.ndarray: ...
     def predict(self, values: list[float]) -> list[np.ndarray]: ...
-    def fit(self, start: list[float], progress: Listener | None = None) -> dict[str, Any]: ...
+    def fit(self, start: list[float], progress: Listener | None = None) -> FitFacts: ...
 
 class FitPixels: ...
 
@@ -205,15 +260,15 @@ def fit_model(
     images: list[tuple[str | FitPixels, Tree, tuple[bool, ...]]],
     progress: Listener | None = None,
 ) -> FitModel: ...
-def state(image: Image) -> dict[str, Any]: ...
-def restored(state: dict[str, Any]) -> Image: ...
+def state(image: Image) -> dict[str, object]: ...
+def restored(state: dict[str, object]) -> Image: ...
 def observe(image: Image, instrument: Tree | None = None, progress: Listener | None = None) -> Exposures: ...
 def run(arguments: list[str]) -> int: ...
 def after_fork() -> None: ...
 def set_threads(threads: int) -> None: ...
 def from_toml(file: str, text: str) -> Tree: ...
 def to_toml(tree: Tree) -> str: ...
-def parameters(tree: Tree) -> list[dict[str, Any]]: ...
+def parameters(tree: Tree) -> list[ParameterFacts]: ...
 def sequence(reader: Reader, scene: Tree, name: str) -> Sequence: ...
 def plan(
     scene: Scene,

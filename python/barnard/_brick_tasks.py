@@ -10,8 +10,8 @@ import hashlib
 import itertools
 import math
 import threading
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from . import _barnard
 if TYPE_CHECKING:
     from .scene import Scene
 
+Made = TypeVar("Made")
 #: For each axis a start and an end.
-Voxels = tuple[tuple[int, int], ...]
+Voxels = Sequence[tuple[int, int]]
 Place = tuple[int, int, int]
 Box = tuple[list[float], list[float]]
 Part = tuple[tuple[int, ...], list[Any]]
@@ -74,7 +75,7 @@ class Volume:
 class Shared:
     """A scene and a volume, which a worker turns into what all bricks share, once."""
 
-    _kept: dict[str, Any] = {}
+    _cache: dict[str, Any] = {}
 
     def __init__(self, scene: Scene, volume: Volume, threads: int):
         import cloudpickle
@@ -89,26 +90,26 @@ class Shared:
         return self._of("scene", self._loaded)
 
     @property
-    def kept(self) -> Any:
+    def whole(self) -> _barnard.Whole:
         """The plan of a scene of coarse densities, for all bricks."""
         return self._of("whole", self.planned)
 
-    def _of(self, what: str, make: Any) -> Any:
+    def _of(self, what: str, make: Callable[[], Made]) -> Made:
         with _lock:
             key = f"{what} {self._digest}"
-            if key not in self._kept:
+            if key not in self._cache:
                 _limit(self.threads)
-                for other in [other for other in self._kept if other.startswith(what)]:
-                    del self._kept[other]
-                self._kept[key] = make()
-            return self._kept[key]
+                for other in [other for other in self._cache if other.startswith(what)]:
+                    del self._cache[other]
+                self._cache[key] = make()
+            return cast("Made", self._cache[key])
 
-    def _loaded(self) -> Any:
+    def _loaded(self) -> Scene:
         import cloudpickle
 
-        return cloudpickle.loads(self._pickled)
+        return cast("Scene", cloudpickle.loads(self._pickled))
 
-    def planned(self) -> Any:
+    def planned(self) -> _barnard.Whole:
         """Variant that recomputes."""
         session = self._loaded()._session()
         cuts = [list(cuts) for cuts in self.volume.cuts]
@@ -240,16 +241,16 @@ def aligned(received: Any) -> Any:
     return tuple(map(aligned, received)) if isinstance(received, tuple) else received
 
 
-def march(shared: Shared, place: Place, dust: Part | None, depths: list[Part], gas: list[Part]) -> Any:
+def march(shared: Shared, place: Place, dust: Part | None, depths: list[Part], gas: list[Part]) -> _barnard.Partial:
     """Effect of a brick on the rays."""
-    whole = shared.kept
+    whole = shared.whole
     with _lock:
         return whole.march(list(place), None if dust is None else _flat(dust), [_flat(part) for part in depths], [_flat(part) for part in gas])
 
 
-def over(shared: Shared, front: Any, back: Any) -> Any:
+def over(shared: Shared, front: _barnard.Partial, back: _barnard.Partial) -> _barnard.Partial:
     """Combined effect of two bricks, the nearer one first."""
-    return shared.kept.over(aligned(front), aligned(back))
+    return shared.whole.over(aligned(front), aligned(back))
 
 
 # Star depths.
@@ -278,7 +279,7 @@ class Sweeps:
         return {**self.__dict__, "_native": None}
 
 
-def swept(sweeps: Sweeps, layer: int, finds_entries: bool, place: Place, dust: Part, borders: list[Part | None], carried: Rays) -> Any:
+def swept(sweeps: Sweeps, layer: int, finds_entries: bool, place: Place, dust: Part, borders: list[Part | None], carried: Rays) -> tuple[np.ndarray | None, list[_barnard.Handed]]:
     """The depths of a brick's voxels in a layer, and the rays that it hands on."""
     native = sweeps.native
     carried = {tier: aligned(rays) for tier, rays in carried.items()}
@@ -286,7 +287,7 @@ def swept(sweeps: Sweeps, layer: int, finds_entries: bool, place: Place, dust: P
         return native.sweep(layer, finds_entries, list(place), _flat(dust), [None if border is None else _flat(border) for border in borders], carried)
 
 
-def joined(sweeps: Sweeps, frustum: int, before: Rays, handed: list[Any]) -> Rays:
+def joined(sweeps: Sweeps, frustum: int, before: Rays, handed: list[list[_barnard.Handed]]) -> Rays:
     """All rays behind a layer: depths and entries by tier, those of tiers that ended before it as they were."""
     carried = dict(before)
     rays = sweeps.native.rays(frustum)

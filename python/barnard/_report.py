@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    from ._barnard import ReportFacts
 
 
 @dataclass(frozen=True)
@@ -77,23 +80,23 @@ class Report:
     #: Further statements by topic.
     notes: dict[str, str] = field(default_factory=dict)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The report as dictionaries, lists, texts and numbers; unknown values are absent."""
-        return _plain(self)
+        return cast("dict[str, object]", _plain(self))
 
     def to_json(self) -> str:
         """The report as JSON."""
         return json.dumps(self.to_dict(), indent=2)
 
 
-def report_of(facts: dict[str, Any]) -> Report:
+def report_of(facts: ReportFacts) -> Report:
     """The report of facts as the native module states them."""
     certificates = {band: [Certificate(**row) for row in rows] for band, rows in facts["certificates"].items()}
     spatial = facts.get("spatial_error")
-    return Report(**{**facts, "certificates": certificates, "spatial_error": None if spatial is None else SpatialReport(**spatial)})
+    return Report(**{**cast("dict[str, Any]", facts), "certificates": certificates, "spatial_error": None if spatial is None else SpatialReport(**spatial)})
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, (Report, Certificate, SpatialReport)):
         return _plain(vars(value))
     if isinstance(value, dict):

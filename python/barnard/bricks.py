@@ -257,7 +257,7 @@ class _Work:
         part = lambda number: {place: self.submit(operator.getitem, pair, number) for place, pair in of_bricks.items()}  # noqa: E731
         return [_Bricks(self, part(number)) for number in range(count)]
 
-    def plan(self, densities: list[_Bricks], coarse: int) -> Any:
+    def plan(self, densities: list[_Bricks], coarse: int) -> _barnard.Whole:
         """Data shared by all bricks, from means of the densities over no more than so many voxels along an edge."""
         factor = max(1, math.ceil(max(self.volume.dims) / coarse))
         dims = tuple(math.ceil(n / factor) for n in self.volume.dims)
@@ -292,7 +292,7 @@ class _Work:
         return _Bricks(self, merged)
 
     def _layer(
-        self, sweeps: Any, native: Any, number: int, frustum: int, places: list[Any], finds_entries: bool, dust: _Bricks, carried: Any
+        self, sweeps: Any, native: _barnard.StarSweep, number: int, frustum: int, places: list[Any], finds_entries: bool, dust: _Bricks, carried: Any
     ) -> tuple[Any, dict[Place, Any]]:
         """One layer of a frustum: all rays behind it, and the depths of its bricks."""
         handed, depths = [], {}
@@ -307,7 +307,7 @@ class _Work:
         before = carried if finds_entries else {}
         return self.submit(tasks.joined, sweeps, frustum, before, handed), depths
 
-    def light(self, native: Any, dust: _Bricks | None, depths: list[_Bricks], gas: list[_Bricks]) -> Any:
+    def light(self, native: _barnard.Whole, dust: _Bricks | None, depths: list[_Bricks], gas: list[_Bricks]) -> _barnard.Partial:
         """Effect of all bricks on the rays."""
         marched = []
         for place in native.front_to_back():

@@ -105,7 +105,7 @@ def tiles(camera: Camera | dict[str, Any], edge: int = 1024) -> dict[tuple[int, 
 # On a worker.
 
 _lock = threading.Lock()
-_kept: dict[str, Callable[[Any], Any]] = {}
+_unpickled: dict[str, Callable[[Any], Any]] = {}
 
 
 def _one(pickled: bytes, digest: str, key: Any, item: bytes, path: str, threads: int, overwrite: bool) -> Result:
@@ -118,11 +118,11 @@ def _one(pickled: bytes, digest: str, key: Any, item: bytes, path: str, threads:
     # Pictures of one process take turns: each has all of its threads.
     with _lock:
         try:
-            if digest not in _kept:
-                _kept.clear()
+            if digest not in _unpickled:
+                _unpickled.clear()
                 _barnard.set_threads(threads)
-                _kept[digest] = cloudpickle.loads(pickled)
-            image = _kept[digest](cloudpickle.loads(item))
+                _unpickled[digest] = cloudpickle.loads(pickled)
+            image = _unpickled[digest](cloudpickle.loads(item))
             image.write(path)
         except Exception as error:
             return Result(key, target, "failed", f"{type(error).__name__}: {error}", traceback.format_exc())

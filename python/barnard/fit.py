@@ -42,7 +42,7 @@ class Fit:
         Data minus model per image, with standard errors; NaN for ignored pixels.
     """
 
-    def __init__(self, keys: list[str], units: list[str], found: dict[str, Any]):
+    def __init__(self, keys: list[str], units: list[str], found: _barnard.FitFacts):
         self.keys = keys
         self.units: dict[str, str] = dict(zip(keys, units))
         self.values: dict[str, float] = dict(zip(keys, found["values"]))

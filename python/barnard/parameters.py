@@ -31,7 +31,7 @@ class Parameter:
     """
 
     path: str
-    value: Any
+    value: bool | float | str | list[float] | list[str]
     unit: str
     low: float
     high: float

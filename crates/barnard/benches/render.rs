@@ -105,7 +105,7 @@ fn plates_exposed(bencher: divan::Bencher) {
     let sky =
         spectra::spectrum::Spectrum::continuous(1e-9, std::sync::Arc::new(spectra::sed::BlackBody(spectra::units::Temperature(5000.0))));
     let scene = scene(64).edited(|spec| {
-        spec.camera = spec.camera.clone().size(1920, 1080);
+        spec.camera = spec.camera.clone().with_size(1920, 1080);
         spec.emission.push(barnard::scene::Emission::new(gas, glow));
         spec.background = barnard::scene::Background::even(sky);
     });

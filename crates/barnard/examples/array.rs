@@ -26,8 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let density = Grid::new([64, 64, 64], Bounds::cube(DVec3::ZERO, 1.0), helix())?;
     let dust =
         Dust::new(density, Extinction::by_name("gordon23")?, Scale::per_pc(5.0)).with_albedo(0.6).with_phase(HenyeyGreenstein::new(0.5)?);
-    let star = Star::blackbody(Temperature(22_000.0), Luminosity::suns(5000.0)).at(dvec3(0.2, 0.1, 0.3));
-    let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(25.0).size(256, 256);
+    let star = Star::blackbody(Temperature(22_000.0), Luminosity::suns(5000.0)).with_position(dvec3(0.2, 0.1, 0.3));
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).with_field_of_view_deg(25.0).with_size(256, 256);
     let scene = SceneSpec::new(camera).with_dust(dust).with_star(star).build()?;
     Ok(barnard::render(&scene, &Options::default())?.save("array.png", &scene.save_options())?)
 }

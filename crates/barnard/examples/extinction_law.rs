@@ -27,8 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let law = Extinction::new("grey with a bump", GreyWithBump);
     let cloud = Fbm { ridged: true, scale: 0.5, ..Fbm::new(11) }.checked()?;
     let dust = Dust::new(cloud, law, Scale::mag_per_pc(6.0)).with_albedo(0.5);
-    let star = Star::blackbody(Temperature(9000.0), Luminosity::suns(300.0)).at(dvec3(0.3, 0.4, 0.6));
-    let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).size(200, 200);
+    let star = Star::blackbody(Temperature(9000.0), Luminosity::suns(300.0)).with_position(dvec3(0.3, 0.4, 0.6));
+    let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).with_size(200, 200);
     let sky = Background::stars(StarField { seed: 7, ..StarField::default() });
     let scene =
         SceneSpec::new(camera).with_bands(passband::set("johnson")?).with_dust(dust).with_star(star).with_background(sky).build()?;

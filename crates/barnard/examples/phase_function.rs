@@ -33,8 +33,8 @@ impl Phase for TwoLobes {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lobes = TwoLobes { forward: HenyeyGreenstein::new(0.75)?, backward: HenyeyGreenstein::new(-0.4)? };
     let dust = Dust::new(Fbm::new(3), Extinction::by_name("ccm89")?, Scale::mag_per_pc(4.0)).with_albedo(0.6).with_phase(lobes);
-    let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
+    let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).with_position(dvec3(0.1, 0.2, -0.5));
     let scene =
-        SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(200, 200)).with_dust(dust).with_star(star).build()?;
+        SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).with_size(200, 200)).with_dust(dust).with_star(star).build()?;
     Ok(barnard::render(&scene, &Options::default())?.save("phase_function.png", &scene.save_options())?)
 }

@@ -15,9 +15,9 @@ use barnard_files::SaveImage;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let dust = Dust::new(Fbm::new(5), Extinction::by_name("gordon23")?, Scale::mag_per_pc(5.0)).with_albedo(0.6);
-    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(1000.0)).at(dvec3(0.2, 0.3, 0.4));
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(1000.0)).with_position(dvec3(0.2, 0.3, 0.4));
     let scene =
-        SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(200, 200)).with_dust(dust).with_star(star).build()?;
+        SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).with_size(200, 200)).with_dust(dust).with_star(star).build()?;
     let control = Control::with_listener(|stage: Stage, done, all| eprint!("\r{stage:?} {:>3} %   ", 100 * done / all.max(1)));
     let (watch, begun) = (control.clone(), Instant::now());
     std::thread::spawn(move || {

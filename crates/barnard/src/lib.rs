@@ -12,9 +12,9 @@
 //! # std::env::set_current_dir(&folder)?;
 //! let density = Grid::new([64, 64, 64], Bounds::cube(DVec3::ZERO, 1.0), data)?;
 //! let dust = Dust::new(density, Extinction::by_name("gordon23")?, Scale::per_pc(5.0)).with_albedo(0.6).with_phase(HenyeyGreenstein::new(0.5)?);
-//! let star = Star::blackbody(Temperature(22_000.0), Luminosity::suns(5000.0)).at(dvec3(0.2, 0.1, 0.3));
-//! let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(25.0).size(512, 512);
-//! # let camera = camera.size(24, 24);
+//! let star = Star::blackbody(Temperature(22_000.0), Luminosity::suns(5000.0)).with_position(dvec3(0.2, 0.1, 0.3));
+//! let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).with_field_of_view_deg(25.0).with_size(512, 512);
+//! # let camera = camera.with_size(24, 24);
 //! let scene = SceneSpec::new(camera).with_bands(passband::set("johnson")?).with_dust(dust).with_star(star).build()?;
 //! let image = barnard::render(&scene, &Options::default())?;
 //! image.save("nebula.fits", &scene.save_options())?;

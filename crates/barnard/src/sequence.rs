@@ -122,12 +122,12 @@ pub struct Follower {
     /// The latest scene, and the fingerprint of its tree without the camera.
     read: Option<(Fingerprint, Scene)>,
     /// The latest plan, and what it depends on but the camera.
-    planned: Option<(Inputs, Planned)>,
+    planned: Option<(PlanInputs, Planned)>,
 }
 
 /// Inputs of a plan but the camera.
 #[derive(Debug, Clone, PartialEq)]
-struct Inputs {
+struct PlanInputs {
     physics: Fingerprint,
     choices: Choices,
     memory_limit: u64,
@@ -174,7 +174,7 @@ impl Follower {
     /// Errors of [`Planner::plan`].
     pub fn plan(&mut self, scene: &Scene, options: &Options, choices: &Choices, control: &Control) -> Result<&Planned> {
         let Options { memory_limit, star_depth_voxels, .. } = *options;
-        let inputs = Inputs { physics: scene.parts().physics(), choices: choices.clone(), memory_limit, star_depth_voxels };
+        let inputs = PlanInputs { physics: scene.parts().physics(), choices: choices.clone(), memory_limit, star_depth_voxels };
         let plan = match self.planned.take() {
             Some((known, planned)) if known == inputs => planned.with_scene(scene.into(), control)?,
             before => {
@@ -230,7 +230,7 @@ impl FrameSettings {
                 let (width, height) = (scene.camera.width, scene.camera.height);
                 let scale = PILOT_EDGE as f64 / width.max(height).max(PILOT_EDGE) as f64;
                 let edge = |n: usize| ((n as f64 * scale).round() as usize).max(1);
-                let camera = scene.camera.clone().size(edge(width), edge(height)).supersampling(1);
+                let camera = scene.camera.clone().with_size(edge(width), edge(height)).with_supersampling(1);
                 let small = scene.clone().with_camera(camera).with_layers(LayerChoice::default());
                 let (image, _) = Renderer::new(&mut Cpu).render(&plan.with_scene(small.into(), &control)?, &control)?;
                 // A frame without light asks for nothing.

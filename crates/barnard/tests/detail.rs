@@ -28,9 +28,9 @@ fn lit_from(depth: f64, star: DVec3) -> Scene {
     let cloud = Turbulence { voxels: 16, ..Turbulence::new(3, Bounds::cube(DVec3::ZERO, 1.0), 3.0).unwrap() };
     let gas = Grid::sampled(Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 0.9) }, |p| (-3.0 * p.length_squared()).exp());
     let dust = Dust::new(cloud.grid(1 << 30).unwrap(), Extinction::by_name("gordon23").unwrap(), Scale::per_pc(depth)).with_albedo(0.6);
-    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(star).hidden();
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).with_position(star).hidden();
     let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.6563, strength: 3e-22 }]);
-    let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), dvec3(0.2, 0.1, 0.0)).field_of_view_deg(4.0).size(16, 12);
+    let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), dvec3(0.2, 0.1, 0.0)).with_field_of_view_deg(4.0).with_size(16, 12);
     SceneSpec::new(camera)
         .with_dust(dust.with_phase(HenyeyGreenstein::new(0.5).unwrap()))
         .with_star(star)
@@ -85,7 +85,7 @@ fn detail_is_that_of_the_reference() {
 #[ignore = "long"]
 fn detail_is_that_of_paths() {
     let scene = detailed(&scene(1.5), detail());
-    let scene = scene.clone().with_camera(scene.camera.clone().size(6, 4));
+    let scene = scene.clone().with_camera(scene.camera.clone().with_size(6, 4));
     let truth = values(&barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap());
     let options = path::Options::default().with_samples(16_000);
     let job_options = Options::default();
@@ -101,7 +101,7 @@ fn detail_is_that_of_paths() {
 /// From afar a pixel sees no voxels, and the picture has the bits that it had; so it has where the strength is zero.
 #[test]
 fn pixels_that_see_no_voxels_are_left_alone() {
-    let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), DVec3::ZERO).field_of_view_deg(40.0).size(8, 6);
+    let camera = Camera::look_at(dvec3(0.2, 0.3, 3.0), DVec3::ZERO).with_field_of_view_deg(40.0).with_size(8, 6);
     let far = scene(1.0).with_camera(camera);
     let coarse = on_cpu(&detailed(&far, detail()), None);
     assert!(coarse == on_cpu(&far, None));
@@ -113,7 +113,7 @@ fn pixels_that_see_no_voxels_are_left_alone() {
 /// Thin clouds send as much as before, all pixels of six seeds together; a part of a picture is that of the whole.
 #[test]
 fn detail_keeps_the_mean() {
-    let camera = Camera::look_at(dvec3(0.0, 0.0, 40.0), DVec3::ZERO).field_of_view_deg(2.0).size(120, 100);
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 40.0), DVec3::ZERO).with_field_of_view_deg(2.0).with_size(120, 100);
     let thin = scene(1e-3).with_camera(camera);
     let before = on_cpu(&thin, None);
     let of_seed = |seed: u32| on_cpu(&detailed(&thin, Detail { seed, ..detail() }), None);

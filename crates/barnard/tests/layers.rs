@@ -22,8 +22,8 @@ const ALL: LayerChoice = LayerChoice { light: true, depth: true, tau: true };
 fn scene() -> Scene {
     let cloud = Plummer::new(dvec3(-0.1, 0.2, 0.0), 0.5).unwrap();
     let dust = Dust::new(cloud, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(1.5)).with_albedo(0.6);
-    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3));
-    let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).with_position(dvec3(0.2, 0.1, 0.3));
+    let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).with_field_of_view_deg(30.0).with_size(24, 18);
     let glow = |lambda_um, strength| Spectrum::of_lines(vec![Line { lambda_um, strength }]);
     let ball = Plummer::new(DVec3::ZERO, 0.3).unwrap();
     let field = StarField { density_per_sr: 3e4, ..StarField::default() };
@@ -91,7 +91,7 @@ fn layers_add_up_to_the_picture() {
 #[ignore = "long"]
 fn every_way_adds_up() {
     let small = scene();
-    let small = small.clone().with_camera(small.camera.clone().size(3, 2));
+    let small = small.clone().with_camera(small.camera.clone().with_size(3, 2));
     add_up(&mut Reference { accuracy: 1e-4 }, &small, 1e-4);
     let many = scene().edited(|spec| spec.method.bounces = 1000).unwrap();
     add_up(&mut Cpu, &many, 1e-5);
@@ -107,7 +107,7 @@ fn every_way_adds_up() {
 fn distances_are_those_of_geometry() {
     let sheet = |z: f64, thickness: f64| Slab::new(dvec3(0.0, 0.0, z), DVec3::Z, thickness, 2.0).unwrap();
     let (dust, gas) = (sheet(0.0, 2.0), sheet(-0.25, 0.25));
-    let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).field_of_view_deg(5.0).size(16, 12);
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).with_field_of_view_deg(5.0).with_size(16, 12);
     let glow = Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-23 }]);
     let scene = SceneSpec::new(camera)
         .with_dust(Dust::new(dust, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).with_albedo(0.0))
@@ -139,7 +139,7 @@ fn image_cosine(i: usize) -> f64 {
 }
 
 fn scene_without_gas() -> Scene {
-    let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).field_of_view_deg(5.0).size(16, 12);
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 10.0), DVec3::ZERO).with_field_of_view_deg(5.0).with_size(16, 12);
     let shell = Shell::new(DVec3::ZERO, 0.8, 0.1).unwrap();
     SceneSpec::new(camera)
         .with_dust(Dust::new(shell, Extinction::by_name("gordon23").unwrap(), Scale::mag_per_pc(2.0)).with_albedo(0.0))
@@ -151,9 +151,9 @@ fn scene_without_gas() -> Scene {
 #[test]
 #[ignore = "long"]
 fn layers_go_where_pictures_go() {
-    let camera = scene().camera.clone().size(20, 14);
+    let camera = scene().camera.clone().with_size(20, 14);
     let mono = render(&mut Cpu, &scene().with_camera(camera.clone()));
-    let stereo = scene().with_camera(camera.stereo(Stereo { arrangement: Arrangement::SideBySide, ..Stereo::new(0.05, 5.0) }));
+    let stereo = scene().with_camera(camera.with_stereo(Stereo { arrangement: Arrangement::SideBySide, ..Stereo::new(0.05, 5.0) }));
     let both = render(&mut Cpu, &stereo);
     let [left, right] = parted(Arrangement::SideBySide, &both, &stereo.camera);
     for (whole, part) in both.layers.iter().zip(&left.layers) {

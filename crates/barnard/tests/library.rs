@@ -22,8 +22,8 @@ fn made() -> Scene {
     let cloud = Fbm { scale: 0.5, ..Fbm::new(7) }.checked().unwrap();
     let law = Extinction::by_name("gordon23").unwrap();
     let dust = Dust::new(cloud, law, Scale::mag_per_pc(3.0)).with_albedo(0.6).with_phase(HenyeyGreenstein::new(0.5).unwrap());
-    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).at(dvec3(0.2, 0.1, 0.3)).with_name("star 1");
-    let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).field_of_view_deg(30.0).size(24, 18);
+    let star = Star::blackbody(Temperature(12_000.0), Luminosity::suns(900.0)).with_position(dvec3(0.2, 0.1, 0.3)).with_name("star 1");
+    let camera = Camera::look_at(dvec3(0.0, 0.5, 5.0), DVec3::ZERO).with_field_of_view_deg(30.0).with_size(24, 18);
     let method = Method { bake: Some(32), ..Method::default() };
     let spec = SceneSpec::new(camera).with_bands(passband::set("johnson").unwrap()).with_dust(dust).with_star(star);
     spec.with_method(method).build().unwrap()
@@ -36,7 +36,7 @@ fn parts_of_an_image_make_the_whole() {
     let field = StarField { density_per_sr: 3e4, ..StarField::default() };
     let scene = made().edited(|spec| {
         spec.background = Background::stars(field);
-        spec.camera = spec.camera.clone().size(50, 37);
+        spec.camera = spec.camera.clone().with_size(50, 37);
     });
     let scene = scene.unwrap();
     let control = Control::default();
@@ -117,9 +117,9 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
     let faults: [Fault; 21] = [
         (|s| s.camera = Camera::look_at(DVec3::ONE, DVec3::ONE), &["camera", "same position"]),
         (|s| s.camera = Camera::look_at(DVec3::Y, DVec3::ZERO), &["camera", "up"]),
-        (|s| s.camera = s.camera.clone().size(0, 9), &["camera", "0 x 9 pixels"]),
-        (|s| s.camera = s.camera.clone().field_of_view_deg(190.0), &["camera", "field of view"]),
-        (|s| s.camera = s.camera.clone().supersampling(17), &["supersampling", "17"]),
+        (|s| s.camera = s.camera.clone().with_size(0, 9), &["camera", "0 x 9 pixels"]),
+        (|s| s.camera = s.camera.clone().with_field_of_view_deg(190.0), &["camera", "field of view"]),
+        (|s| s.camera = s.camera.clone().with_supersampling(17), &["supersampling", "17"]),
         (|s| s.bands.clear(), &["bands", "no passbands"]),
         (|s| s.bands.truncate(1), &["display.palette", "3 bands, the scene has 1"]),
         (|s| s.stars.push(Star::blackbody(Temperature(0.0), Luminosity::suns(1.0))), &["star[1]", "finite"]),
@@ -152,7 +152,7 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
         assert!(words.iter().all(|word| error.contains(word)), "{words:?}: {error}");
     }
     // Cameras, methods and displays are exchanged without a check: whatever renders the scene checks it.
-    let blind = made().with_camera(made().camera.clone().size(0, 9));
+    let blind = made().with_camera(made().camera.clone().with_size(0, 9));
     let endless = made().with_method(Method { accuracy: f64::NAN, ..made().method.clone() });
     for scene in [blind, endless] {
         let (options, control) = (Options::default(), Control::default());
@@ -163,7 +163,7 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
     let fewer = made().edited(|spec| *spec = spec.clone().with_bands(spec.bands[..1].to_vec())).unwrap();
     let refused = plan.for_scene(&fewer, &Control::default()).unwrap_err().to_string();
     assert!(refused.contains("differs from that of its plan (spectra)"), "{refused}");
-    let brighter = made().with_camera(made().camera.clone().size(5, 4));
+    let brighter = made().with_camera(made().camera.clone().with_size(5, 4));
     let brighter = brighter.edited(|spec| spec.display.white = Level::Radiance(1.0)).unwrap();
     let planned = plan.for_scene(&brighter, &Control::default()).unwrap();
     assert_eq!((planned.camera().width, planned.scene().display.white), (5, Level::Radiance(1.0)));
@@ -174,8 +174,8 @@ fn what_cannot_be_rendered_is_refused_with_its_place() {
 #[ignore = "long"]
 fn back_ends_begin_anew_with_another_scene() {
     let (options, control) = (Options::default(), Control::default());
-    let one = made().with_camera(made().camera.clone().size(6, 4));
-    let second = Star::blackbody(Temperature(5000.0), Luminosity::suns(300.0)).at(dvec3(-0.4, 0.2, 0.1));
+    let one = made().with_camera(made().camera.clone().with_size(6, 4));
+    let second = Star::blackbody(Temperature(5000.0), Luminosity::suns(300.0)).with_position(dvec3(-0.4, 0.2, 0.1));
     let other = one.edited(|spec| spec.stars.push(second)).unwrap();
     for entry in Registry::default().entries().iter().filter(|entry| entry.name != "reference") {
         let light =
@@ -223,8 +223,8 @@ impl Shape for Ramp {
 fn objects_of_ones_own_are_rendered() {
     let band = Passband::new("ramp", Counting::Photon, Ramp).unwrap();
     let dust = Dust::new(Ramp, Extinction::by_name("ccm89").unwrap(), Scale::per_pc(0.7)).with_albedo(0.5);
-    let star = Star::new(Spectrum::continuous(1e26, Arc::new(Ramp))).at(dvec3(0.3, 1.6, 0.2)).hidden();
-    let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).field_of_view_deg(30.0).size(8, 8);
+    let star = Star::new(Spectrum::continuous(1e26, Arc::new(Ramp))).with_position(dvec3(0.3, 1.6, 0.2)).hidden();
+    let camera = Camera::look_at(dvec3(0.0, 0.0, 6.0), DVec3::ZERO).with_field_of_view_deg(30.0).with_size(8, 8);
     let scene = SceneSpec::new(camera).with_bands(vec![band]).with_dust(dust).with_star(star).build().unwrap();
     let image = barnard::render(&scene, &Options::default()).unwrap();
     let truth = barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap();
@@ -275,7 +275,7 @@ fn trees_need_no_text() {
 /// Each row of the registry opens a back end that renders or says why not.
 #[test]
 fn every_back_end_serves_a_job() {
-    let scene = made().with_camera(made().camera.clone().size(4, 3));
+    let scene = made().with_camera(made().camera.clone().with_size(4, 3));
     let (options, control) = (Options::default(), Control::default());
     for entry in Registry::default().entries() {
         let mut backend = (entry.open)(&scene).unwrap();

@@ -50,10 +50,10 @@ fn cameras(camera: &Camera) -> [(&'static str, Camera); 5] {
     let copy = || camera.clone();
     [
         ("dome", copy()),
-        ("tilted dome", copy().fisheye_deg(210.0, 20.0)),
-        ("all of the sphere on a dome", copy().fisheye_deg(360.0, 90.0)),
-        ("sphere", copy().equirectangular(32)),
-        ("cube", copy().cubemap(8)),
+        ("tilted dome", copy().with_fisheye_deg(210.0, 20.0)),
+        ("all of the sphere on a dome", copy().with_fisheye_deg(360.0, 90.0)),
+        ("sphere", copy().with_equirectangular(32)),
+        ("cube", copy().with_cubemap(8)),
     ]
 }
 
@@ -61,7 +61,7 @@ fn cameras(camera: &Camera) -> [(&'static str, Camera); 5] {
 fn along(camera: &Camera, column: usize, row: usize) -> Camera {
     let direction = camera.ray(column as f64 + 0.5, row as f64 + 0.5).direction;
     let up = if direction.y.abs() > 0.9 { DVec3::X } else { DVec3::Y };
-    Camera::look_at(camera.position, camera.position + direction).up(up).field_of_view_deg(1e-4).size(1, 1)
+    Camera::look_at(camera.position, camera.position + direction).with_up(up).with_field_of_view_deg(1e-4).with_size(1, 1)
 }
 
 /// Each pixel is what an eye sees that looks its way; beside the circle of a dome all back ends leave black.
@@ -117,15 +117,15 @@ fn paths_see_a_dome() {
 /// Solid angles of all pixels are those of what is seen.
 #[test]
 fn pixels_fill_the_sphere() {
-    let camera = scene().camera.clone().size(200, 200);
+    let camera = scene().camera.clone().with_size(200, 200);
     let cap = |half: f64| 2.0 * std::f64::consts::PI * (1.0 - half.to_radians().cos());
     let [dome, tilted, around, sphere, cube] = cameras(&camera).map(|(_, camera)| camera);
     let all = [
         (dome, cap(90.0)),
         (tilted, cap(105.0)),
         (around, cap(180.0)),
-        (sphere.equirectangular(200), cap(180.0)),
-        (cube.cubemap(100), cap(180.0)),
+        (sphere.with_equirectangular(200), cap(180.0)),
+        (cube.with_cubemap(100), cap(180.0)),
     ];
     for (camera, truth) in all {
         let places = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column as f64 + 0.5, row as f64 + 0.5)));
@@ -138,7 +138,7 @@ fn pixels_fill_the_sphere() {
 /// A part of a dome has the rays of the whole, and a star is drawn where its direction is.
 #[test]
 fn parts_and_places() {
-    let small_dome = scene().camera.clone().size(120, 120);
+    let small_dome = scene().camera.clone().with_size(120, 120);
     for (name, camera) in cameras(&small_dome) {
         let part = camera.clone().crop(3, 5, camera.width - 6, camera.height / 2).unwrap();
         for (column, row) in [(0.5, 0.5), (9.25, 2.0), (7.0, 11.5)] {
@@ -179,9 +179,9 @@ target = "0 0 -1 pc"
     }
     assert!(read("aperture = \"360 deg\"\ntilt = \"180 deg\"").is_ok());
     for camera in [
-        scene().camera.clone().fisheye_deg(400.0, 0.0),
-        scene().camera.clone().fisheye_deg(180.0, f64::NAN),
-        scene().camera.clone().fisheye_deg(0.0, 0.0),
+        scene().camera.clone().with_fisheye_deg(400.0, 0.0),
+        scene().camera.clone().with_fisheye_deg(180.0, f64::NAN),
+        scene().camera.clone().with_fisheye_deg(0.0, 0.0),
     ] {
         assert!(camera.check().is_err(), "{:?}", camera.projection);
     }
@@ -192,8 +192,8 @@ target = "0 0 -1 pc"
 #[test]
 fn pairs_of_flat_images_are_shifted_cameras() {
     let (distance, convergence) = (0.3, 4.0);
-    let flat = Camera::look_at(DVec3::new(0.5, 0.2, 6.0), DVec3::ZERO).field_of_view_deg(40.0).size(64, 36);
-    let camera = flat.clone().stereo(Stereo::new(distance, convergence));
+    let flat = Camera::look_at(DVec3::new(0.5, 0.2, 6.0), DVec3::ZERO).with_field_of_view_deg(40.0).with_size(64, 36);
+    let camera = flat.clone().with_stereo(Stereo::new(distance, convergence));
     let [left, right] = camera.eyes().unwrap();
     for (eye, side) in [(&left, -0.5), (&right, 0.5)] {
         assert!(eye.eyes().is_none() && eye.position.distance(flat.position + side * distance * flat.right) < 1e-15);
@@ -221,9 +221,9 @@ fn pairs_of_flat_images_are_shifted_cameras() {
 fn eyes_face_every_direction() {
     let (distance, convergence) = (0.4, 3.0);
     let dome = scene().camera.clone();
-    for camera in [dome.clone().equirectangular(48), dome.clone().fisheye_deg(220.0, 30.0), dome.clone().cubemap(12)] {
+    for camera in [dome.clone().with_equirectangular(48), dome.clone().with_fisheye_deg(220.0, 30.0), dome.clone().with_cubemap(12)] {
         for convergence in [convergence, f64::INFINITY] {
-            let [left, right] = camera.clone().stereo(Stereo::new(distance, convergence)).eyes().unwrap();
+            let [left, right] = camera.clone().with_stereo(Stereo::new(distance, convergence)).eyes().unwrap();
             let mut faced = 0;
             for (column, row) in (0..camera.width).flat_map(|x| (0..camera.height).map(move |y| (x as f64 + 0.5, y as f64 + 0.5))) {
                 if !camera.sees(column, row) {
@@ -263,10 +263,10 @@ fn eyes_face_every_direction() {
 #[test]
 fn both_eyes_are_one_image() {
     let control = Control::default();
-    let mono = scene().with_camera(scene().camera.clone().equirectangular(24));
+    let mono = scene().with_camera(scene().camera.clone().with_equirectangular(24));
     for arrangement in [Arrangement::OverUnder, Arrangement::SideBySide] {
         let stereo = Stereo { arrangement, ..Stereo::new(0.5, 3.0) };
-        let both = mono.clone().with_camera(mono.camera.clone().stereo(stereo));
+        let both = mono.clone().with_camera(mono.camera.clone().with_stereo(stereo));
         let options = Options::within(DEFAULT_LIMIT);
         let plan = Planner::new(&options).plan(&both, None, &control).unwrap();
         let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, &control).unwrap();
@@ -294,13 +294,13 @@ fn impossible_eyes_are_refused() {
     for stereo in
         [Stereo::new(0.0, 1.0), Stereo::new(0.1, -1.0), Stereo::new(f64::NAN, 1.0), Stereo { merge: (1.2, 1.0), ..Stereo::new(0.1, 1.0) }]
     {
-        assert!(camera.clone().stereo(stereo).check().is_err(), "{stereo:?}");
+        assert!(camera.clone().with_stereo(stereo).check().is_err(), "{stereo:?}");
     }
-    assert!(camera.clone().stereo(Stereo::new(0.1, 1.0)).check().is_ok());
+    assert!(camera.clone().with_stereo(Stereo::new(0.1, 1.0)).check().is_ok());
     assert!(
         camera
-            .orthographic_pc(3.0)
-            .stereo(Stereo::new(0.1, 1.0))
+            .with_orthographic_pc(3.0)
+            .with_stereo(Stereo::new(0.1, 1.0))
             .check()
             .unwrap_err()
             .to_string()
@@ -329,7 +329,7 @@ position = "0 0 4 pc"
 /// The flux of one star, Σ I Ω, and where its light is on the sphere: directions and weights.
 fn star_light(camera: &Camera, towards: DVec3) -> (f64, Vec<(DVec3, f64)>) {
     let star = barnard::scene::Star::blackbody(spectra::units::Temperature(6000.0), spectra::units::Luminosity::suns(1.0));
-    let star = star.at(camera.position + 5.0 * towards.normalize());
+    let star = star.with_position(camera.position + 5.0 * towards.normalize());
     let band = spectra::passband::Passband::by_name("bessell-V").unwrap();
     let scene = SceneSpec::new(camera.clone()).with_bands(vec![band]).with_star(star).build().unwrap();
     let image = barnard::render_reference(&scene, 1e-4, &Control::default()).unwrap();
@@ -358,12 +358,12 @@ fn stars_keep_their_light_everywhere() {
         ("corner of a cube", DVec3::new(1.0, 1.0, 1.0)),
         ("another corner", DVec3::new(-1.0, 1.0, -1.0)),
     ];
-    let flat = ahead.clone().field_of_view_deg(30.0).size(201, 201);
+    let flat = ahead.clone().with_field_of_view_deg(30.0).with_size(201, 201);
     let truth = star_light(&flat, DVec3::new(0.01, 0.02, -1.0)).0;
     let spheres = [
-        ("sphere", ahead.clone().equirectangular(200)),
-        ("cube", ahead.clone().cubemap(64)),
-        ("full dome", ahead.clone().fisheye_deg(360.0, 90.0).size(200, 200)),
+        ("sphere", ahead.clone().with_equirectangular(200)),
+        ("cube", ahead.clone().with_cubemap(64)),
+        ("full dome", ahead.clone().with_fisheye_deg(360.0, 90.0).with_size(200, 200)),
     ];
     for (name, camera) in &spheres {
         let step = camera.footprint().per_pc;
@@ -378,6 +378,6 @@ fn stars_keep_their_light_everywhere() {
         }
     }
     // Half of the light at a border was lost once: so much is seen.
-    let cut = ahead.clone().equirectangular(200).crop(0, 0, 100, 100).unwrap();
+    let cut = ahead.clone().with_equirectangular(200).crop(0, 0, 100, 100).unwrap();
     assert!((star_light(&cut, DVec3::Z).0 / truth - 0.5).abs() < 0.05);
 }

@@ -90,11 +90,12 @@ impl Cloud {
     }
 
     fn scene(&self, spectra: &Spectra) -> Scene {
-        let camera = Camera::look_at(dvec3(0.0, 0.3, 4.0), DVec3::ZERO).field_of_view_deg(30.0).size(12, 9);
+        let camera = Camera::look_at(dvec3(0.0, 0.3, 4.0), DVec3::ZERO).with_field_of_view_deg(30.0).with_size(12, 9);
         let law = Extinction::by_name("gordon23").unwrap();
         let dust = Dust::new(self.dust.clone(), law, Scale::per_pc(self.per_pc)).with_albedo(spectra.albedo).with_phase(self.phase.clone());
-        let star =
-            |i: usize, place: DVec3| Star::blackbody(Temperature(spectra.temperatures[i]), Luminosity::suns(spectra.suns[i])).at(place);
+        let star = |i: usize, place: DVec3| {
+            Star::blackbody(Temperature(spectra.temperatures[i]), Luminosity::suns(spectra.suns[i])).with_position(place)
+        };
         let line = |lambda_um: f64, strength: f64| Line { lambda_um, strength };
         let gas =
             |i: usize, at: [f64; 2]| Emission::new(self.gas.clone(), Spectrum::of_lines(at.map(|um| line(um, spectra.lines[i])).to_vec()));
@@ -278,7 +279,7 @@ fn other_scenes_are_refused() {
     let edited = |edit: fn(&mut SceneSpec)| scene().edited(edit).unwrap();
     let moved = edited(|spec| spec.stars[0].position.x += 1e-3);
     refused(moved, "positions of stars");
-    let turned = edited(|spec| spec.camera = spec.camera.clone().size(12, 8));
+    let turned = edited(|spec| spec.camera = spec.camera.clone().with_size(12, 8));
     refused(turned, "camera");
     refused(Cloud { per_pc: 4.0, ..cloud.clone() }.scene(&Spectra::FIRST()), "3.3333 times their amount of dust");
     refused(Cloud::new(1.2, HenyeyGreenstein::new(0.5).unwrap(), 1).scene(&Spectra::FIRST()), "phase function");

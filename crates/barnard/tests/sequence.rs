@@ -1,11 +1,13 @@
 //! Sequences: frames are what stills are, whatever was rendered before them, and do not flicker.
 
+use barnard::animation::{Frames, Interpolation, Timeline, Track};
 use barnard::backend::Renderer;
 use barnard::backend::cpu::Cpu;
 use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, Level, relative_rms};
 use barnard::plan::{Choices, Options, Planned, Planner};
+use barnard::properties::Value;
 use barnard::sequence::{Follower, FrameSettings, Sequence};
 use barnard_files::{SceneFile, builtin};
 
@@ -140,6 +142,35 @@ fn frames_are_stills() {
     }
 }
 
+/// A timeline made in Rust shows what the same words of a file do, and can be of no key that defines the animation.
+#[test]
+fn timelines_are_made_in_rust() {
+    let still =
+        "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"0 0 5 pc\"\nsize = [8, 8]\n[[star]]\nkind = \"blackbody\"
+        position = \"0 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\n";
+    let words = "[[animation]]\nof = \"star[0].temperature\"\ntimes = [\"0 s\", \"2 s\"]\nvalues = [\"9000 K\", \"30000 K\"]
+        interpolation = \"linear\"\n[sequence]\nframes_per_second = 10\nduration = \"3 s\"\n";
+    let parse = |text: String| SceneFile::parse("star.toml", "star", text, builtin::loader(1 << 30)).unwrap();
+    let (file, animated) = (parse(still.into()), parse(format!("{still}{words}")));
+    let kelvin = |number: f64| Value::Quantity(vec![number], "K".into());
+    let track = Track::new(vec![(0.0, kelvin(9000.0)), (2.0, kelvin(30_000.0))], Interpolation::Linear).unwrap();
+    let timeline = Timeline::new(Frames::new(10.0, 3.0).unwrap());
+    let scene = file.scene.clone().with_timeline(timeline.clone().with_track("star[0].temperature", track.clone()).unwrap().into());
+    let (made, read) = (Sequence::new(file.tree().clone(), file.loader().clone(), &scene).unwrap(), animated.sequence().unwrap());
+    assert_eq!((made.frames().first, made.frames().last()), (read.frames().first, read.frames().last()));
+    let physics = |sequence: &Sequence, time: f64| sequence.scene(time).unwrap().parts().physics();
+    for time in [0.0, 0.7, 2.5] {
+        assert_eq!(physics(&made, time), physics(&read, time), "{time}");
+    }
+    assert_ne!(physics(&made, 0.7), physics(&made, 0.8));
+    for key in ["camera.path", "camera.path.ease", "animation[0].of", "sequence.duration"] {
+        assert!(timeline.clone().with_track(key, track.clone()).unwrap_err().to_string().contains("cannot be animated"), "{key}");
+    }
+    for (per_second, duration) in [(0.0, 1.0), (f64::NAN, 1.0), (25.0, f64::INFINITY), (25.0, -1.0)] {
+        assert!(Frames::new(per_second, duration).is_err(), "{per_second} {duration}");
+    }
+}
+
 /// Pictures of neighbouring frames, by their own levels and steps: how far the second difference of their mean brightness goes,
 /// which is what one sees as flicker, of the brightness itself.
 fn flicker(pictures: &[Vec<[f64; 3]>]) -> f64 {
@@ -176,7 +207,7 @@ fn levels_are_the_median_of_the_pilots() {
     let Level::Radiance(white) = shared.display.white else { panic!("no white") };
     let white_at = |time: f64| {
         let scene = sequence.scene(time).unwrap();
-        let camera = scene.camera.clone().supersampling(1);
+        let camera = scene.camera.clone().with_supersampling(1);
         let small = scene.with_camera(camera);
         let plan = Planner::new(&Options::default()).plan(&small, None, &Control::default()).unwrap();
         small.display.tone(&pictured(&plan)).white

@@ -39,7 +39,7 @@ fn built_in() -> Vec<(Scene, Vec<Vec<f64>>)> {
     }
     let loaded = |(name, truth): (&str, Vec<Vec<f64>>)| {
         let scene = barnard_files::builtin::load(name, DEFAULT_LIMIT).unwrap();
-        let camera = scene.camera.clone().size(8, 8);
+        let camera = scene.camera.clone().with_size(8, 8);
         let scene = scene.with_camera(camera);
         (scene, truth)
     };

@@ -193,7 +193,7 @@ impl SceneArgs {
             };
         }
         if let Some((width, height)) = self.size {
-            camera = camera.size(width, height);
+            camera = camera.with_size(width, height);
         }
         Ok(scene.edited_within(memory_limit, &Control::default(), |spec| spec.camera = camera)?)
     }

@@ -8,7 +8,7 @@ use barnard::{backend, camera, phase, scene};
 use crate::{builtin, formats};
 
 /// The rows of a catalogue, each (name, summary).
-type Rows = Vec<(String, String)>;
+type CatalogueRows = Vec<(String, String)>;
 
 /// One catalogue of things that scenes name.
 pub struct Catalogue {
@@ -17,10 +17,10 @@ pub struct Catalogue {
     /// Contents in one line.
     pub summary: &'static str,
     /// Makes its rows.
-    pub rows: fn() -> Rows,
+    pub rows: fn() -> CatalogueRows,
 }
 
-fn rows<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Rows {
+fn rows<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> CatalogueRows {
     pairs.map(|(name, summary)| (name.to_owned(), summary.to_owned())).collect()
 }
 
@@ -121,7 +121,7 @@ impl Catalogue {
 }
 
 /// Name, pivot, width, counting and family.
-fn passbands() -> Rows {
+fn passbands() -> CatalogueRows {
     let family = |name: &str| {
         spectra::passband::family(name)
             .map_or(if name.starts_with("cie") { "CIE 1931" } else { spectra::passband::FAMILIES[0].summary }, |f| f.summary)

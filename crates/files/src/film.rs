@@ -40,7 +40,7 @@ pub fn save(path: &Path, scene: &Scene, options: &Options, film: &Film) -> Resul
 /// # Errors
 /// If it is of another scene, or no such file.
 pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) -> Result<Film> {
-    let archive = Archive::open(path, memory_limit)?;
+    let archive = FilmArchive::open(path, memory_limit)?;
     let shape = [scene.bands.len() as u64, scene.camera.height as u64, scene.camera.width as u64];
     let [count, mean, scatter] = [archive.plane("count", &shape)?, archive.plane("mean", &shape)?, archive.plane("scatter", &shape)?];
     let paths = archive.array("paths")?.1;
@@ -65,13 +65,13 @@ pub fn load(path: &Path, scene: &Scene, options: &Options, memory_limit: u64) ->
 }
 
 /// The arrays of a file that [`save`] wrote.
-struct Archive<'a> {
+struct FilmArchive<'a> {
     file: Arc<std::fs::File>,
     path: &'a Path,
     memory_limit: u64,
 }
 
-impl<'a> Archive<'a> {
+impl<'a> FilmArchive<'a> {
     fn open(path: &'a Path, memory_limit: u64) -> Result<Self> {
         let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
         Ok(Self { file: Arc::new(file), path, memory_limit })

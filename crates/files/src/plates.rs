@@ -22,7 +22,7 @@ use barnard::plates::{Geometry, Plate, Plates, Record, Trait};
 use barnard::spectra::components::Components;
 use barnard::spectra::rule::{Node, Rounding};
 
-use crate::formats::{self, Kept, Request, Written, put, replace_by};
+use crate::formats::{self, FileFloat, Request, Written, put, replace_by};
 
 /// Most plates, and most things that a scene may not change.
 const MOST: f64 = 1024.0;
@@ -95,10 +95,9 @@ fn write(zip: &mut zip::ZipWriter<impl Write + std::io::Seek>, record: &Record) 
 /// If the file is no such, or its numbers cannot be.
 pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
     let file = std::fs::File::open(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
-    let archive = Archive { file: Arc::new(file), path, memory_limit };
-    let wrong = |what: &str| Error::file(path, format!("is not a valid plates file: {what}; write it again with `barnard plates`"));
+    let archive = PlateArchive { file: Arc::new(file), path, memory_limit };
+    let wrong = |what: &str| archive.wrong(what);
     let facts = archive.array::<f64>("facts", &[9])?;
-    let whole = |value: f64, most: f64| (value >= 0.0 && value <= most && value.fract() == 0.0).then_some(value as usize);
     let edge = barnard::camera::MAX_EDGE as f64;
     let (Some(width), Some(height), Some(count)) = (whole(facts[0], edge), whole(facts[1], edge), whole(facts[2], MOST)) else {
         return Err(wrong("its size is invalid"));
@@ -116,35 +115,9 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
     }
     let bound = |(number, name): (usize, &str)| Ok(Trait { name: name.to_owned(), values: archive.any(&format!("geometry_{number}"))?.1 });
     let traits = names.lines().enumerate().map(bound).collect::<Result<_>>()?;
-    let plate = |number: usize| {
-        let named = |what: &str| format!("plate_{number}_{what}");
-        let light = archive.array::<f64>(&named("light"), &[5])?;
-        let Some(index) = whole(light[1], 1e6) else { return Err(wrong("a light cannot be")) };
-        let route = match light[0] {
-            0.0 => Route::Scattered { star: index },
-            1.0 => Route::Emitted { species: index },
-            2.0 => Route::Background,
-            _ => return Err(wrong("the kind of a light is unknown")),
-        };
-        let axes = archive.rows(&named("axes"), nodes.len())?;
-        let ranges = archive.rows(&named("ranges"), 2)?.into_iter().map(|row| [row[0], row[1]]).collect();
-        let mean = archive.array(&named("mean"), &[nodes.len()])?;
-        let coordinates: Vec<f32> = archive.array(&named("coordinates"), &[axes.len(), height, width])?;
-        let coordinates = match width * height {
-            0 => Vec::new(),
-            pixels => coordinates.chunks_exact(pixels).map(|plane| plane.iter().map(|number| *number as u16).collect()).collect(),
-        };
-        Ok(Plate {
-            route,
-            components: Components { mean, axes, ranges, error: light[4] },
-            level: archive.array(&named("level"), &[height, width])?,
-            coordinates,
-            rounding: Rounding { depth: light[2], light: light[3] },
-        })
-    };
     let record = Record {
         size: [width, height],
-        plates: (0..count).map(plate).collect::<Result<_>>()?,
+        plates: (0..count).map(|number| archive.plate(number, nodes.len(), [width, height])).collect::<Result<_>>()?,
         depths: archive.any("depths")?.1,
         geometry: Geometry { traits },
         scatters_again: facts[3] != 0.0,
@@ -159,19 +132,56 @@ pub fn load(path: &Path, memory_limit: u64) -> Result<Plates> {
 }
 
 /// The arrays of a file that [`save`] wrote.
-struct Archive<'a> {
+struct PlateArchive<'a> {
     file: Arc<std::fs::File>,
     path: &'a Path,
     memory_limit: u64,
 }
 
-impl Archive<'_> {
-    fn any<T: Kept>(&self, name: &str) -> Result<(Vec<u64>, Vec<T>)> {
+/// A number that is whole, and at most so large.
+fn whole(value: f64, most: f64) -> Option<usize> {
+    (value >= 0.0 && value <= most && value.fract() == 0.0).then_some(value as usize)
+}
+
+impl PlateArchive<'_> {
+    fn wrong(&self, what: &str) -> Error {
+        Error::file(self.path, format!("is not a valid plates file: {what}; write it again with `barnard plates`"))
+    }
+
+    /// A plate by its number, of `nodes` wavelengths.
+    fn plate(&self, number: usize, nodes: usize, [width, height]: [usize; 2]) -> Result<Plate> {
+        let named = |what: &str| format!("plate_{number}_{what}");
+        let light = self.array::<f64>(&named("light"), &[5])?;
+        let Some(index) = whole(light[1], 1e6) else { return Err(self.wrong("a light cannot be")) };
+        let route = match light[0] {
+            0.0 => Route::Scattered { star: index },
+            1.0 => Route::Emitted { species: index },
+            2.0 => Route::Background,
+            _ => return Err(self.wrong("the kind of a light is unknown")),
+        };
+        let axes = self.rows(&named("axes"), nodes)?;
+        let ranges = self.rows(&named("ranges"), 2)?.into_iter().map(|row| [row[0], row[1]]).collect();
+        let mean = self.array(&named("mean"), &[nodes])?;
+        let coordinates: Vec<f32> = self.array(&named("coordinates"), &[axes.len(), height, width])?;
+        let coordinates = match width * height {
+            0 => Vec::new(),
+            pixels => coordinates.chunks_exact(pixels).map(|plane| plane.iter().map(|number| *number as u16).collect()).collect(),
+        };
+        Ok(Plate {
+            route,
+            components: Components { mean, axes, ranges, error: light[4] },
+            level: self.array(&named("level"), &[height, width])?,
+            coordinates,
+            rounding: Rounding { depth: light[2], light: light[3] },
+        })
+    }
+
+    fn any<T: FileFloat>(&self, name: &str) -> Result<(Vec<u64>, Vec<T>)> {
         formats::values(&mut Request::new(self.file.clone(), self.path, Some(name), self.memory_limit)?)
     }
 
     /// An array of a shape.
-    fn array<T: Kept>(&self, name: &str, shape: &[usize]) -> Result<Vec<T>> {
+    fn array<T: FileFloat>(&self, name: &str, shape: &[usize]) -> Result<Vec<T>> {
         let (found_shape, values) = self.any(name)?;
         let wanted: Vec<u64> = shape.iter().map(|edge| *edge as u64).collect();
         if found_shape != wanted {

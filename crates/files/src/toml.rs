@@ -12,7 +12,7 @@ use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError};
 /// # Errors
 /// If it is no TOML, or holds a date, which no key of a scene is.
 pub fn properties(file: &str, text: &str) -> Result<Table> {
-    let source = Source::new(file, text);
+    let source = NumberedText::new(file, text);
     let document = Document::parse(text).map_err(|e| source.error(e.span(), "TOML", message(text, &e)))?;
     source.table(document.as_table(), source.origin(None))
 }
@@ -70,7 +70,7 @@ fn in_line(value: &Value) -> toml_edit::Value {
 
 /// The error that something is wrong with `text`, with its line.
 pub fn error(text: &str, error: &TomlError) -> Error {
-    Source::new("scene", text).error(error.span(), "TOML", message(text, error))
+    NumberedText::new("scene", text).error(error.span(), "TOML", message(text, error))
 }
 
 /// Message of a parser error, with the name of a key that is defined twice.
@@ -82,13 +82,13 @@ fn message(text: &str, error: &TomlError) -> String {
 }
 
 /// A text whose lines are counted.
-struct Source {
+struct NumberedText {
     file: Arc<str>,
     /// The position at which each line but the first begins.
     starts: Vec<usize>,
 }
 
-impl Source {
+impl NumberedText {
     fn new(file: &str, text: &str) -> Self {
         Self { file: file.into(), starts: text.match_indices('\n').map(|(at, _)| at + 1).collect() }
     }

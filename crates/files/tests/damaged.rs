@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use allocated::most_allocated;
 use barnard::blocks::{Blocking, Storage};
-use barnard::data::{Layout, Part};
+use barnard::data::{ArrayHeader, ArrayPart};
 use barnard::properties::Choices;
 use barnard_files::formats::{members, read_array, read_image};
 
@@ -106,8 +106,8 @@ fn read(path: &Path, bytes: &[u8], names: &[&str], random: &mut Random) {
             storage,
         };
         let blocking = Some(blocking).filter(|_| random.below(2) == 0);
-        let choose = &mut |layout: &Layout| {
-            let mut part = Part { every: coarse, blocking: blocking.clone(), ..layout.whole() };
+        let choose = &mut |layout: &ArrayHeader| {
+            let mut part = ArrayPart { every: coarse, blocking: blocking.clone(), ..layout.whole() };
             for range in &mut part.ranges {
                 *range = range.end * cut / 8..range.end - range.end * cut / 16;
                 range.end = range.end.max(range.start + 1);

@@ -1,6 +1,6 @@
 //! What a FITS cube says of its own values and frame is read, or said: it is never passed over.
 
-use barnard::data::Layout;
+use barnard::data::ArrayHeader;
 use barnard::field::Field;
 use barnard::glam::DVec3;
 use barnard::memory::DEFAULT_LIMIT;
@@ -150,7 +150,7 @@ fn tables_are_named() {
             bytes
         };
         let bytes = [padded(head), padded(header_bytes), padded(vec![0; 8])].concat();
-        let (path, whole) = (std::path::Path::new("map.fits"), &mut |layout: &Layout| Ok(layout.whole()));
+        let (path, whole) = (std::path::Path::new("map.fits"), &mut |layout: &ArrayHeader| Ok(layout.whole()));
         barnard_files::formats::read_array(std::io::Cursor::new(bytes.to_vec()), path, None, whole, 1 << 30).unwrap_err().to_string()
     };
     assert!(table(&["PIXTYPE = 'HEALPIX '", "NSIDE   =                  256"]).contains("HEALPix map of the sky (NSIDE 256)"));

@@ -4,7 +4,7 @@
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use barnard::data::{Array, Layout, Part};
+use barnard::data::{Array, ArrayHeader, ArrayPart};
 use barnard_files::formats::{members, read_array, read_image};
 
 fn file(name: &str) -> Vec<u8> {
@@ -19,8 +19,8 @@ fn names() -> Vec<String> {
     archive.file_names().map(|name| name.unwrap().into_owned()).collect()
 }
 
-fn part(name: &str, bytes: &[u8], asked: Option<&Part>) -> Result<Array, String> {
-    let choose = &mut |layout: &Layout| Ok(asked.cloned().unwrap_or_else(|| layout.whole()));
+fn part(name: &str, bytes: &[u8], asked: Option<&ArrayPart>) -> Result<Array, String> {
+    let choose = &mut |layout: &ArrayHeader| Ok(asked.cloned().unwrap_or_else(|| layout.whole()));
     read_array(Cursor::new(bytes.to_vec()), Path::new(name), None, choose, 1 << 24).map_err(|e| e.to_string())
 }
 
@@ -100,7 +100,7 @@ fn parts_are_read() {
         let all = cube(|v| if name.starts_with('i') { v } else { v / 8.0 });
         for ranges in [[2..9, 3..8, 4..11], [11..12, 0..1, 13..14], [0..12, 4..5, 0..14]] {
             for every in [1, 2, 5] {
-                let asked = Part { ranges: ranges.clone(), every, clip: false, blocking: None };
+                let asked = ArrayPart { ranges: ranges.clone(), every, clip: false, blocking: None };
                 let array = part(name, &file(name), Some(&asked)).unwrap();
                 let mut sums = vec![0.0; asked.shape().iter().product()];
                 for (i, j, k) in ranges[0].clone().flat_map(|i| {

@@ -1,6 +1,6 @@
 //! Every row of the formats, written and read again.
 
-use barnard::data::Layout;
+use barnard::data::ArrayHeader;
 use barnard::image::{ColourSpace, Image, Layer, LayerChannels, LayerContent, Output, PixelScale, Samples, SaveOptions};
 use barnard::observation::{InUnit, Observation, RadianceUnit};
 use barnard_files::SaveImage;
@@ -53,7 +53,7 @@ fn readers_refuse_what_is_no_file() {
             let noise: Vec<u8> = (0..4000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
             for bytes in [&[][..], &noise, &whole[..whole.len() / 3]] {
                 std::fs::write(&path, bytes).unwrap();
-                let whole = &mut |layout: &Layout| Ok(layout.whole());
+                let whole = &mut |layout: &ArrayHeader| Ok(layout.whole());
                 let array = read_array(std::io::Cursor::new(bytes.to_vec()), &path, None, whole, 1 << 20).unwrap_err().to_string();
                 let image = read_image(&path, 1 << 20).unwrap_err().to_string();
                 assert!(array.contains("broken") && image.contains("broken"), ".{extension}: {array}; {image}");

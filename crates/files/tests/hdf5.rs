@@ -4,7 +4,7 @@
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use barnard::data::{Array, Axis, Frame, Layout, Numbers, Part};
+use barnard::data::{Array, ArrayFrame, ArrayHeader, ArrayPart, Axis, Numbers};
 use barnard_files::formats::{Member, members, read_array};
 
 /// The bytes of a file of the archive.
@@ -15,9 +15,14 @@ fn file(name: &str) -> Vec<u8> {
     bytes
 }
 
-fn part(bytes: &[u8], member: Option<&str>, limit: u64, choose: impl Fn(&Layout) -> Part) -> Result<(Layout, Array), String> {
+fn part(
+    bytes: &[u8],
+    member: Option<&str>,
+    limit: u64,
+    choose: impl Fn(&ArrayHeader) -> ArrayPart,
+) -> Result<(ArrayHeader, Array), String> {
     let mut seen = None;
-    let choose = &mut |layout: &Layout| {
+    let choose = &mut |layout: &ArrayHeader| {
         seen = Some(layout.clone());
         Ok(choose(layout))
     };
@@ -25,8 +30,8 @@ fn part(bytes: &[u8], member: Option<&str>, limit: u64, choose: impl Fn(&Layout)
     Ok((seen.unwrap(), array))
 }
 
-fn whole(bytes: &[u8], member: Option<&str>) -> Result<(Layout, Array), String> {
-    part(bytes, member, 1 << 26, Layout::whole)
+fn whole(bytes: &[u8], member: Option<&str>) -> Result<(ArrayHeader, Array), String> {
+    part(bytes, member, 1 << 26, ArrayHeader::whole)
 }
 
 const SHAPE: [usize; 3] = [12, 10, 14];
@@ -37,7 +42,7 @@ fn eighths([i, j, k]: [usize; 3]) -> f64 {
 }
 
 /// A part of the array, the last index fastest, blocks at its upper ends filled up with nothing.
-fn expected(part: &Part, value: impl Fn([usize; 3]) -> f64) -> Vec<f64> {
+fn expected(part: &ArrayPart, value: impl Fn([usize; 3]) -> f64) -> Vec<f64> {
     let [ni, nj, nk] = part.shape();
     let mut values = Vec::new();
     for (i, j, k) in (0..ni).flat_map(|i| (0..nj).flat_map(move |j| (0..nk).map(move |k| (i, j, k)))) {
@@ -51,8 +56,8 @@ fn expected(part: &Part, value: impl Fn([usize; 3]) -> f64) -> Vec<f64> {
     values
 }
 
-fn all() -> Part {
-    Layout { shape: SHAPE, frame: None }.whole()
+fn all() -> ArrayPart {
+    ArrayHeader { shape: SHAPE, frame: None }.whole()
 }
 
 fn numbers(array: &Array) -> Vec<f64> {
@@ -168,7 +173,7 @@ fn threads_make_no_difference() {
     let bytes = file("latest.h5");
     let read = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let asked = Part { every: 3, ..all() };
+        let asked = ArrayPart { every: 3, ..all() };
         let read = |name: &str| part(&bytes, Some(name), 1 << 26, |_| asked.clone()).map(|read| numbers(&read.1));
         pool.install(|| (read("/filters/gzip"), read("/refused/blosc")))
     };
@@ -186,7 +191,7 @@ fn parts_are_read() {
     {
         for ranges in [[0..12, 0..10, 0..14], [3..9, 1..9, 4..5], [4..5, 9..10, 0..14], [11..12, 0..1, 13..14]] {
             for every in [1, 2, 3, 40] {
-                let asked = Part { ranges: ranges.clone(), every, clip: false, blocking: None };
+                let asked = ArrayPart { ranges: ranges.clone(), every, clip: false, blocking: None };
                 let (_, array) = part(&bytes, Some(dataset), 1 << 26, |_| asked.clone()).unwrap();
                 assert_eq!(array.shape, asked.shape());
                 for (found, expected) in numbers(&array).iter().zip(expected(&asked, |at| eighths(at) / 8.0)) {
@@ -238,14 +243,14 @@ fn what_is_no_grid_is_refused() {
     assert!(close.contains("did you mean \"/layouts/chunked\"?"), "{close}");
     let several = whole(&bytes, None).unwrap_err();
     assert!(several.contains("array =") && several.contains("more"), "{several}");
-    let memory = part(&bytes, Some("/layouts/chunked"), 1000, Layout::whole).unwrap_err();
+    let memory = part(&bytes, Some("/layouts/chunked"), 1000, ArrayHeader::whole).unwrap_err();
     assert!(memory.contains("limit"), "{memory}");
     // The array is small when its blocks are joined, its only chunk is not.
-    let chunk = part(&bytes, Some("/layouts/one_chunk"), 5000, |layout| Part { every: 14, ..layout.whole() }).unwrap_err();
+    let chunk = part(&bytes, Some("/layouts/one_chunk"), 5000, |layout| ArrayPart { every: 14, ..layout.whole() }).unwrap_err();
     assert!(chunk.contains("chunk"), "{chunk}");
 }
 
-fn frame(name: &str, dataset: Option<&str>) -> Frame {
+fn frame(name: &str, dataset: Option<&str>) -> ArrayFrame {
     whole(&file(name), dataset).unwrap().0.frame.unwrap()
 }
 
@@ -297,7 +302,7 @@ fn broken_files_are_refused() {
         ("latest.h5", &["/filters/lzf_shuffle", "/layouts/growing_packed", "/layouts/growing_twice", "/types/big_f2"]),
     ] {
         let bytes = file(name);
-        let refused = |bytes: &[u8]| datasets.iter().filter(|name| part(bytes, Some(name), 1 << 22, Layout::whole).is_err()).count();
+        let refused = |bytes: &[u8]| datasets.iter().filter(|name| part(bytes, Some(name), 1 << 22, ArrayHeader::whole).is_err()).count();
         assert_eq!(refused(&bytes), 0, "{name}");
         let read: Vec<usize> = (0..bytes.len()).step_by(997).filter(|end| refused(&bytes[..*end]) < datasets.len()).collect();
         assert!(read.is_empty(), "{name} cut short at {read:?} of {}", bytes.len());

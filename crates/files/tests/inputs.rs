@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use barnard::data::{Choose, DataSource, Inputs, Layout};
+use barnard::data::{ArrayHeader, Choose, DataSource, Inputs};
 use barnard::scene::Scene;
 use barnard_files::formats::{members, read_file, read_picture};
 use barnard_files::{SceneFiles, in_folder, parse};
@@ -582,7 +582,7 @@ fn fits_frames_are_understood_or_refused() {
     read_file(
         &folder.path().join("in.fits"),
         None,
-        &mut |layout: &Layout| {
+        &mut |layout: &ArrayHeader| {
             order = layout.frame.as_ref().unwrap().order;
             Ok(layout.whole())
         },
@@ -608,7 +608,7 @@ fn unsigned_integers_keep_their_digits() {
     let data: Vec<u8> = (0..24u64).flat_map(|i| ((10 * i + 5) ^ (1 << 63)).to_be_bytes()).collect();
     let path = folder.path().join("u64.fits");
     std::fs::write(&path, fits(&cards, &data)).unwrap();
-    let array = read_file(&path, None, &mut |layout: &Layout| Ok(layout.whole()), 1 << 20).unwrap();
+    let array = read_file(&path, None, &mut |layout: &ArrayHeader| Ok(layout.whole()), 1 << 20).unwrap();
     assert_eq!(array.data.doubles(), (0..24).map(|i| f64::from(10 * i + 5)).collect::<Vec<f64>>());
 }
 

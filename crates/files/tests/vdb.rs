@@ -3,7 +3,7 @@
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use barnard::data::{Array, Frame, Layout, Numbers, Part};
+use barnard::data::{Array, ArrayFrame, ArrayHeader, ArrayPart, Numbers};
 use barnard_files::formats::{members, read_array};
 
 /// The bytes of a file of the archive.
@@ -15,9 +15,9 @@ fn file(name: &str) -> Vec<u8> {
 }
 
 /// A part of a grid, and what its file says of all of it.
-fn part(bytes: &[u8], member: Option<&str>, choose: impl Fn(&Layout) -> Part) -> Result<(Layout, Array), String> {
+fn part(bytes: &[u8], member: Option<&str>, choose: impl Fn(&ArrayHeader) -> ArrayPart) -> Result<(ArrayHeader, Array), String> {
     let mut seen = None;
-    let choose = &mut |layout: &Layout| {
+    let choose = &mut |layout: &ArrayHeader| {
         seen = Some(layout.clone());
         Ok(choose(layout))
     };
@@ -25,8 +25,8 @@ fn part(bytes: &[u8], member: Option<&str>, choose: impl Fn(&Layout) -> Part) ->
     Ok((seen.unwrap(), array))
 }
 
-fn whole(bytes: &[u8], member: Option<&str>) -> Result<(Layout, Array), String> {
-    part(bytes, member, Layout::whole)
+fn whole(bytes: &[u8], member: Option<&str>) -> Result<(ArrayHeader, Array), String> {
+    part(bytes, member, ArrayHeader::whole)
 }
 
 fn refusal(name: &str) -> String {
@@ -52,7 +52,7 @@ fn voxel([i, j, k]: [usize; 3], inactive: usize) -> f64 {
 }
 
 /// A part of the cloud, x running fastest, blocks at its upper ends filled up with nothing.
-fn expected(part: &Part, inactive: usize) -> Vec<f64> {
+fn expected(part: &ArrayPart, inactive: usize) -> Vec<f64> {
     let [nx, ny, nz] = part.shape();
     let mut values = Vec::new();
     for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
@@ -75,7 +75,7 @@ fn numbers(array: &Array) -> Vec<f64> {
 /// that hold nothing, one value, two, or each its own.
 #[test]
 fn every_coding_is_read() {
-    let all = Layout { shape: SHAPE, frame: None }.whole();
+    let all = ArrayHeader { shape: SHAPE, frame: None }.whole();
     let mut sizes = Vec::new();
     for kind in ["float", "half", "double", "halved"] {
         // No writer at hand packs doubles as halves by zlib.
@@ -102,7 +102,7 @@ fn parts_are_read() {
     for name in ["float_blosc_mask", "double_plain", "half_zip"] {
         for ranges in [[0..30, 0..14, 0..14], [3..9, 1..11, 4..5], [20..30, 5..14, 5..14], [16..17, 13..14, 0..1]] {
             for every in [1, 2, 3, 40] {
-                let asked = Part { ranges: ranges.clone(), every, clip: every == 2, blocking: None };
+                let asked = ArrayPart { ranges: ranges.clone(), every, clip: every == 2, blocking: None };
                 let (_, array) = part(&file(name), None, |_| asked.clone()).unwrap();
                 assert_eq!(array.shape, asked.shape());
                 for (found, expected) in numbers(&array).iter().zip(expected(&asked, 0)) {
@@ -116,7 +116,7 @@ fn parts_are_read() {
 /// Voxels go where the file's transform puts them; what is none of the axes' is refused by name.
 #[test]
 fn transforms_are_read() {
-    let read = |name: &str| -> (Frame, Vec<(f64, f64)>) {
+    let read = |name: &str| -> (ArrayFrame, Vec<(f64, f64)>) {
         let frame = whole(&file(&format!("map_{name}")), None).unwrap().0.frame.unwrap();
         let axes = frame.axes.iter().flatten().map(|axis| (axis.step, axis.first)).collect();
         (frame, axes)
@@ -168,8 +168,9 @@ fn grids_are_chosen_by_name() {
     assert!(whole(&several, Some("velocity")).unwrap_err().contains("vectors"));
     let (layout, temperature) = whole(&several, Some("temperature")).unwrap();
     assert!(layout.shape == [4; 3] && numbers(&temperature) == [5000.0; 64]);
-    let (all, step) =
-        (Layout { shape: SHAPE, frame: None }.whole(), |layout: &Layout| layout.frame.as_ref().unwrap().axes[0].as_ref().unwrap().step);
+    let (all, step) = (ArrayHeader { shape: SHAPE, frame: None }.whole(), |layout: &ArrayHeader| {
+        layout.frame.as_ref().unwrap().axes[0].as_ref().unwrap().step
+    });
     for (name, expected_step) in [("density", 1.0), ("moved", 0.25)] {
         let (layout, array) = whole(&several, Some(name)).unwrap();
         assert_eq!((numbers(&array), step(&layout)), (expected(&all, 0), expected_step), "{name}");
@@ -219,7 +220,7 @@ fn large_tiles_are_read() {
     assert_eq!((at([128, 0, 0]), at([129, 128, 0]), at([0, 0, 0])), (0.0, 0.0, 0.0));
     assert_eq!(values.iter().sum::<f64>(), 1.5 * 128f64.powi(3) + 0.5 + 0.75);
     // A tile of 4096 voxels is never filled voxel by voxel.
-    let (layout, coarse) = part(&file("root_tile"), None, |layout| Part { every: 1024, ..layout.whole() }).unwrap();
+    let (layout, coarse) = part(&file("root_tile"), None, |layout| ArrayPart { every: 1024, ..layout.whole() }).unwrap();
     assert_eq!((layout.shape, coarse.shape), ([8192, 4096, 4096], [8, 4, 4]));
     let values = numbers(&coarse);
     assert!(values.iter().enumerate().all(|(i, v)| *v
@@ -243,7 +244,7 @@ fn versions_are_told_apart() {
         bytes[8..12].copy_from_slice(&version.to_le_bytes());
         whole(&bytes, None).map(|(_, array)| numbers(&array))
     };
-    let all = expected(&Layout { shape: SHAPE, frame: None }.whole(), 0);
+    let all = expected(&ArrayHeader { shape: SHAPE, frame: None }.whole(), 0);
     (222..=225).for_each(|version| assert_eq!(versioned(version).unwrap(), all, "{version}"));
     for version in [0, 221, 226, u32::MAX] {
         let message = versioned(version).unwrap_err();

@@ -13,6 +13,6 @@ mod recorded;
 pub mod solve;
 
 pub use images::{Images, Residuals};
-pub use observation::{Assumed, Data, Observation, PixelData, Values, planes_of};
+pub use observation::{Assumed, Data, Observation, PixelData, PixelValues, planes_of};
 pub use parameter::{Parameter, free_parameters, narrowed};
 pub use solve::{Fitted, fit};

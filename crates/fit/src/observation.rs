@@ -6,7 +6,7 @@ use barnard::error::{Error, Result};
 use barnard::image::{ERROR_SUFFIX, Image, LayerContent};
 use barnard::properties::Table;
 use barnard::scene::Scene;
-use barnard_files::formats::{MASK_PREFIX, Observed, Plane, observed, sky_of};
+use barnard_files::formats::{ImagePlane, MASK_PREFIX, Observed, observed, sky_of};
 
 /// An image to be fitted.
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ pub struct PixelData {
     /// Names in messages.
     pub name: String,
     /// The values.
-    pub values: Values,
+    pub values: PixelValues,
     /// Standard errors, bands × height × width in the unit of the values; those of the values where there are none.
     pub sigma: Option<Vec<f64>>,
     /// Pixels that do not count, bands × height × width.
@@ -46,7 +46,7 @@ pub struct PixelData {
 /// Values of pixels in memory.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub enum Values {
+pub enum PixelValues {
     /// Planes of a picture, which know their unit and place.
     Planes(Observed),
     /// An array of all bands of a scene, bands × height × width, in the unit of its pictures and where it has them.
@@ -57,10 +57,10 @@ impl PixelData {
     /// The planes that they are of a scene.
     fn planes(&self, scene: &Scene) -> Result<Observed> {
         let wrong = |found: String, expected: String| Error::mismatch("image to fit", expected, format!("{found} in {}", self.name));
-        let plane = |name: String, values: &[f64]| Plane { hdu: 0, name, version: 1, unit: None, values: values.to_vec(), sky: None };
+        let plane = |name: String, values: &[f64]| ImagePlane { hdu: 0, name, version: 1, unit: None, values: values.to_vec(), sky: None };
         let mut observed = match &self.values {
-            Values::Planes(planes) => planes.clone(),
-            Values::Array([bands, height, width], values) => {
+            PixelValues::Planes(planes) => planes.clone(),
+            PixelValues::Array([bands, height, width], values) => {
                 if *bands != scene.bands.len() {
                     return Err(wrong(format!("{bands} bands"), format!("{} bands, those of the scene", scene.bands.len())));
                 }
@@ -140,7 +140,8 @@ impl Data {
 /// If it cannot be written as FITS.
 pub fn planes_of(image: &Image) -> Result<Observed> {
     let (sky, unit) = (sky_of(image)?, image.observation.map(|observation| observation.unit).unwrap_or_default());
-    let plane = |name: String, unit: Option<String>, values: Vec<f64>| Plane { hdu: 0, name, version: 1, unit, values, sky: sky.clone() };
+    let plane =
+        |name: String, unit: Option<String>, values: Vec<f64>| ImagePlane { hdu: 0, name, version: 1, unit, values, sky: sky.clone() };
     let bands = image.bands.iter().enumerate();
     let values = bands.map(|(band, label_of)| plane(label_of.label(), Some(unit.fits().to_owned()), image.in_unit(band).collect()));
     let pixels = image.width * image.height;

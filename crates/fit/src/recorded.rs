@@ -7,7 +7,7 @@ use barnard::error::{Error, Result};
 use barnard::image::{ERROR_SUFFIX, Image, Samples};
 use barnard::instrument::{Exposures, Kernels};
 use barnard::scene::Scene;
-use barnard_files::formats::{Observed, Plane, Sky, sky_of};
+use barnard_files::formats::{ImagePlane, Observed, Sky, sky_of};
 
 use crate::observation::Assumed;
 use crate::solve::Measured;
@@ -71,7 +71,7 @@ pub(crate) fn agree(path: &Path, file: &Observed, model: &Header, scene: &Scene,
         ));
     }
     let used = || scene.bands.iter().filter_map(|band| file.plane(band.name(), scene.bands.len()).ok());
-    let named = |plane: &Plane| if plane.name.is_empty() { "its image".to_owned() } else { plane.name.clone() };
+    let named = |plane: &ImagePlane| if plane.name.is_empty() { "its image".to_owned() } else { plane.name.clone() };
     for plane in used().flat_map(|plane| [Some(plane), file.errors_of(&plane.name)]).flatten() {
         if let Some(unit_text) = plane.unit.as_deref().filter(|unit_text| !unit.is_spelled(unit_text)) {
             let name = named(plane);

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use barnard_gpu::{Gpu, IonisingRays};
 use glam::DVec3;
-use ionisation::balance::{Gas, State};
+use ionisation::balance::{Gas, GasState};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
@@ -43,7 +43,7 @@ fn main() {
             seconds.push(since.elapsed().as_secs_f64());
         }
         println!("{}: a turn of {count} stars through {edge}^3 clear voxels {seconds:.3?} s", tracer.name());
-        let electrons = |_: &Gas, state: &State| state.electrons;
+        let electrons = |_: &Gas, state: &GasState| state.electrons;
         let since = Instant::now();
         let quantities = [Quantity { most: 300.0, value: &electrons }];
         let found = cloud.ionised_by(Some(tracer), &stars, &Settings::default(), &quantities, &|_, _| true).expect("a cloud");

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use crate::device::{Gpu, adapters};
 use crate::error::{GpuError, Result};
-use crate::layout::Layout;
+use crate::layout::ShaderLayout;
 use crate::march::DeviceMarch;
 use crate::ordinates::Ordinates;
 use crate::tuning::Tuning;
@@ -39,7 +39,7 @@ pub const BACKENDS: &[BackendEntry] = &[
 
 /// Why no device can render this plan; none where one can, as far as its limits go.
 pub fn unable(plan: &Plan, tuning: Tuning) -> Option<GpuError> {
-    Layout::new(plan, Vec::new(), tuning.on_the_fly).err()
+    ShaderLayout::new(plan, Vec::new(), tuning.on_the_fly).err()
 }
 
 /// A device, and the plan that stays on it from picture to picture.

@@ -7,7 +7,7 @@ use barnard::control::{Control, Stage};
 use barnard::memory::DEFAULT_LIMIT;
 use barnard::plan::{Options, Planner, Quality, Stepping};
 use glam::DVec3;
-use ionisation::balance::{Gas, State};
+use ionisation::balance::{Gas, GasState};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
@@ -176,7 +176,7 @@ fn the_processor_traces_what_a_device_cannot() {
     let abundances = BENCHMARKS[0].gas.abundances;
     let cloud = Cloud { dims: [24; 3], low, voxel, hydrogen: &hydrogen, abundances, dust_cm2: 0.0 };
     let stars = [0.31, -0.42].map(|x| Star { place: DVec3::new(x, 0.02, 0.03), light: &light });
-    let electrons = |_: &Gas, state: &State| state.electrons;
+    let electrons = |_: &Gas, state: &GasState| state.electrons;
     let solved = |gpu: Option<&Gpu>, watch: &(dyn Fn(u64, u64) -> bool + Sync)| {
         let rays = gpu.map(|gpu| IonisingRays::new(gpu.clone()));
         let tracer = rays.as_ref().map(|rays| rays as &dyn RayTracer);

@@ -1,6 +1,6 @@
 //! Data that change between pictures.
 
-use barnard::camera::panorama::Layout;
+use barnard::camera::panorama::PanoramaLayout;
 use barnard::camera::{Camera, Eye, Projection};
 use barnard::geometry::Bounds;
 use barnard::plan::{END_SHARE, Plan, Stepping};
@@ -10,7 +10,7 @@ use glam::DVec3;
 /// The fields are those of `frame.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Frame {
+pub struct FrameConstants {
     pub middle: [f32; 4],
     pub across: [f32; 4],
     pub upwards: [f32; 4],
@@ -47,7 +47,7 @@ impl Patience {
 
 /// Rows of the picture that a dispatch renders, and those that its buffer holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rows {
+pub struct FrameRows {
     /// The rows of the dispatch.
     pub strip: Strip,
     /// The rows that the buffer holds.
@@ -100,7 +100,7 @@ impl Pass {
 }
 
 /// How pixels become rays, seen from the middle of the scene.
-struct Sight {
+struct SightConstants {
     middle: [f32; 4],
     across: DVec3,
     upwards: DVec3,
@@ -109,7 +109,7 @@ struct Sight {
     turn_y: [f32; 4],
 }
 
-impl Sight {
+impl SightConstants {
     fn of(camera: &Camera, middle: DVec3) -> Self {
         let (right, up) = (camera.right, camera.up);
         // Towards the image's middle, of length one along the axis of view, and where that meets the plane of the middle.
@@ -138,7 +138,7 @@ impl Sight {
             },
             Projection::Panorama { layout, half_width } => {
                 let [forward, across, upwards] = layout.axes(&[camera.forward, right, up]);
-                let half_aperture = if let Layout::Dome { half_aperture, .. } = layout { half_aperture } else { 0.0 };
+                let half_aperture = if let PanoramaLayout::Dome { half_aperture, .. } = layout { half_aperture } else { 0.0 };
                 // One eye alone stands nowhere aside.
                 let eye = camera.eye.unwrap_or(Eye { aside_pc: 0.0, convergence_pc: f64::INFINITY, merge: (0.0, 1.0) });
                 Self {
@@ -154,13 +154,13 @@ impl Sight {
     }
 }
 
-impl Frame {
+impl FrameConstants {
     /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the
     /// extinctions `k`; dust is at most `brightest` [pc⁻¹].
     pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
         let camera: &Camera = plan.camera();
         let bounds = plan.space().occupied.unwrap_or(Bounds { low: middle, high: middle });
-        let sight = Sight::of(camera, middle);
+        let sight = SightConstants::of(camera, middle);
         let voxel = plan.space().voxel_pc();
         let (per_voxel, fixed) = match plan.stepping() {
             Stepping::PerVoxel(n) | Stepping::Paired(n) => (n, 0.0),
@@ -192,11 +192,11 @@ impl Frame {
     }
 
     /// The frame of some rows in one pass; rays that paused go on where they are `resumed`.
-    pub fn of(&self, rows: Rows, pass: &Pass, patience: Patience, resumed: bool) -> Frame {
+    pub fn of(&self, rows: FrameRows, pass: &Pass, patience: Patience, resumed: bool) -> FrameConstants {
         let [per_voxel, fixed, voxel, angle] = self.steps;
         let fixed = if fixed > 0.0 { (fixed * pass.steps).ceil() } else { 0.0 };
-        let Rows { strip, stored } = rows;
-        Frame {
+        let FrameRows { strip, stored } = rows;
+        FrameConstants {
             steps: [per_voxel * pass.steps, fixed, voxel, angle],
             jitter: [pass.subpixel.0, pass.subpixel.1, pass.start.unwrap_or(-1.0), pass.share],
             size: [self.size[0], self.size[1], patience.0, u32::from(resumed)],

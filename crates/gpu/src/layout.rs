@@ -12,8 +12,8 @@ use glam::DVec3;
 
 use crate::error::{GpuError, Result};
 use crate::forms::{Contents, cumulants, extinctions};
-use crate::frame::{Frame, four};
-use crate::shape::Shape;
+use crate::frame::{FrameConstants, four};
+use crate::shape::ShaderShape;
 use crate::tables::{Offsets, Quad, Tables};
 
 /// The largest stored value: f16 then holds what is a hundred million times less with as many digits.
@@ -39,9 +39,9 @@ pub fn quads(plan: &Plan, first: usize) -> Vec<Quad> {
 
 /// Everything that a shader reads, but the volumes' values.
 #[derive(Debug)]
-pub struct Layout {
-    pub shape: Shape,
-    pub frame: Frame,
+pub struct ShaderLayout {
+    pub shape: ShaderShape,
+    pub frame: FrameConstants,
     pub tables: Vec<[f32; 4]>,
     /// The quads at which sections of the tables start.
     pub offsets: Offsets,
@@ -60,7 +60,7 @@ pub struct Layout {
     pub storage: f64,
 }
 
-impl Layout {
+impl ShaderLayout {
     /// The layout of a plan; `quads` are those of its volumes. Dust that is noise is evaluated `on_the_fly`, or read as
     /// it was sampled.
     ///
@@ -73,7 +73,7 @@ impl Layout {
         let weights = Weights::new(plan);
         let middle = plan.space().occupied.map_or(DVec3::ZERO, |b| 0.5 * (b.low + b.high));
         let volumes: Vec<&Volume> = plan.volumes().collect();
-        let mut shape = Shape::of(plan, &weights, &quads, &volumes, on_the_fly)?;
+        let mut shape = ShaderShape::of(plan, &weights, &quads, &volumes, on_the_fly)?;
         shape.check(plan)?;
         let mut tables = Tables::new(middle);
         let largest = plan.largest_densities();
@@ -119,7 +119,7 @@ impl Layout {
         let counts = [plan.spectral().terms(), entries, phase_start, plan.star_march().unwrap_or(0)].map(|n| n as u32);
         let stars = weights.scattered.iter().map(|s| s.star).collect();
         let brightest = if shape.dust.is_some() { largest[0] } else { 0.0 };
-        let mut frame = Frame::new(plan, shape.shown_turns(plan), middle, &k, brightest, counts);
+        let mut frame = FrameConstants::new(plan, shape.shown_turns(plan), middle, &k, brightest, counts);
         if !shape.form.bounded {
             // No depth is asked for what lies behind it.
             frame.limits[0] = 0.0;
@@ -184,7 +184,7 @@ impl Tables {
     }
 }
 
-/// The plan's numbers of the lights, in the order of [`Shape::lights`].
+/// The plan's numbers of the lights, in the order of [`ShaderShape::lights`].
 fn lights(weights: &Weights) -> Vec<usize> {
     let (scattered, emitted) = (weights.scattered.iter().map(|s| s.light), weights.emitted.iter().map(|e| e.light));
     scattered.chain(emitted).chain(weights.background).collect()
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn tuning_is_heard() {
         let plan = plan_of(&scene(128, ""));
-        let by = |tuning| tuned(Layout::new(&plan, quads(&plan, 0), false).unwrap(), tuning);
+        let by = |tuning| tuned(ShaderLayout::new(&plan, quads(&plan, 0), false).unwrap(), tuning);
         let usual = by(Tuning::default());
         assert!(usual.bricks.iter().any(|b| *b > 0) && usual.frame.limits[0] > 0.0);
         assert!(by(Tuning { skip_empty: false, ..Tuning::default() }).bricks.iter().all(|b| *b == 0));
@@ -217,7 +217,7 @@ mod tests {
             let before = text(24, method);
             assert!(before.contains(from), "{from}");
             let plan = plan_of(&parsed(before.replacen(from, to, 1)));
-            Layout::new(&plan, quads(&plan, 0), false).unwrap().shape
+            ShaderLayout::new(&plan, quads(&plan, 0), false).unwrap().shape
         };
         let usual = shape("", "", "");
         let edits = [

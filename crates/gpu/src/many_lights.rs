@@ -22,13 +22,13 @@ pub fn fields(plan: &Plan) -> Option<(&ManyLights, &MultipleScattering)> {
 }
 
 /// Cells that know the stars near them.
-struct Grid {
+struct StarGrid {
     low: DVec3,
     edge: f64,
     dims: [usize; 3],
 }
 
-impl Grid {
+impl StarGrid {
     fn new(occupied: Bounds, kernels: &[NearFieldKernel]) -> Self {
         let size = occupied.size();
         let edge =
@@ -59,7 +59,7 @@ impl Tables {
             return self.begin("MANY_LIGHTS_STARS");
         };
         let kernels = scattered_field.kernels();
-        let grid = Grid::new(occupied, kernels);
+        let grid = StarGrid::new(occupied, kernels);
         // A segment is known by its middle.
         let longest = match plan.stepping() {
             Stepping::PerVoxel(n) | Stepping::Paired(n) => plan.space().voxel_pc() / n,

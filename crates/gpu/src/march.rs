@@ -15,8 +15,8 @@ use glam::DVec3;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
-use crate::frame::{Pass, Patience, Rows, Strip};
-use crate::layout::{Layout, quads};
+use crate::frame::{FrameRows, Pass, Patience, Strip};
+use crate::layout::{ShaderLayout, quads};
 use crate::pipelines::Pipelines;
 use crate::resolve::Resolver;
 use crate::resources::{Buffers, REPORT_BYTES, TIMED, TIMES, Volumes, check_limits, groups, pauses, tuned};
@@ -31,7 +31,7 @@ const FIRST_RAYS: usize = 1 << 17;
 const SLICE: f64 = 0.1;
 
 /// Rows of the first dispatch.
-fn first_pace(layout: &Layout) -> usize {
+fn first_pace(layout: &ShaderLayout) -> usize {
     let [width, height, ..] = layout.frame.size.map(|n| n as usize);
     (FIRST_RAYS / width).clamp(1, height)
 }
@@ -40,7 +40,7 @@ fn first_pace(layout: &Layout) -> usize {
 pub struct DeviceMarch {
     gpu: Gpu,
     tuning: Tuning,
-    layout: Layout,
+    layout: ShaderLayout,
     volumes: Volumes,
     pipelines: Pipelines,
     pipeline: wgpu::ComputePipeline,
@@ -66,7 +66,7 @@ impl DeviceMarch {
     /// # Errors
     /// For methods that no shader has, and for grids beyond the device's limits.
     pub fn new(gpu: &Gpu, plan: &Plan, tuning: Tuning) -> Result<Self> {
-        let layout = tuned(Layout::new(plan, quads(plan, 0), tuning.on_the_fly)?, tuning);
+        let layout = tuned(ShaderLayout::new(plan, quads(plan, 0), tuning.on_the_fly)?, tuning);
         check_limits(gpu, plan, &layout)?;
         let volumes = Volumes::new(gpu, plan, &layout, &[]);
         let mut pipelines = Pipelines::new(tuning);
@@ -116,9 +116,9 @@ impl DeviceMarch {
             (false, true) => self.layout.quads[..reused].iter().copied().chain(quads(plan, of_space)).collect(),
             (false, false) => quads(plan, 0),
         };
-        let layout = tuned(Layout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
+        let layout = tuned(ShaderLayout::new(plan, quads, self.tuning.on_the_fly)?, self.tuning);
         check_limits(&self.gpu, plan, &layout)?;
-        let carried = |layout: &Layout| (layout.frame.size, layout.shape.bands(), layout.shape.sums(), layout.shape.field_channels());
+        let carried = |layout: &ShaderLayout| (layout.frame.size, layout.shape.bands(), layout.shape.sums(), layout.shape.field_channels());
         let same_size = carried(&layout) == carried(&self.layout);
         let buffers = if same_size { None } else { Some(Buffers::new(&self.gpu, &layout, self.pauses())?) };
         let views = if same_volumes { &self.volumes.views[..] } else { &self.volumes.views[..reused] };
@@ -130,7 +130,7 @@ impl DeviceMarch {
             groups(&self.gpu, &pipeline, &layout, volumes.as_ref().unwrap_or(&self.volumes), buffers.as_ref().unwrap_or(&self.buffers));
         // Nothing is taken that the device has complained of.
         self.gpu.check(volumes.as_ref().unwrap_or(&self.volumes).bytes + buffers.as_ref().map_or(0, |b| b.picture.size()))?;
-        let work = |layout: &Layout| (layout.frame.steps, layout.frame.counts);
+        let work = |layout: &ShaderLayout| (layout.frame.steps, layout.frame.counts);
         if !(same_volumes && same_size && same_shape && work(&layout) == work(&self.layout)) {
             self.pace = first_pace(&layout);
         }
@@ -325,7 +325,7 @@ impl DeviceMarch {
             let (mut resumed, mut rounds) = (false, 0);
             while resumed || rounds == 0 {
                 control.check()?;
-                let frame = self.layout.frame.of(Rows { strip: Strip { first, count: rows }, stored }, pass, self.patience, resumed);
+                let frame = self.layout.frame.of(FrameRows { strip: Strip { first, count: rows }, stored }, pass, self.patience, resumed);
                 gpu.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
                 self.submit(rows as u32, *dispatches);
                 *dispatches += 1;

@@ -1,10 +1,10 @@
 //! The pipelines of the last plans, by their shapes: a plan that has as many terms as one before it compiles nothing.
 
 use crate::device::Gpu;
-use crate::layout::Layout;
+use crate::layout::ShaderLayout;
 use crate::resources::pauses;
 use crate::shader::source;
-use crate::shape::Shape;
+use crate::shape::ShaderShape;
 use crate::tables::Offsets;
 use crate::tuning::Tuning;
 
@@ -14,11 +14,11 @@ const KEPT: usize = 8;
 /// The pipelines of the last shapes, the newest last.
 pub struct Pipelines {
     tuning: Tuning,
-    known: Vec<Kept>,
+    known: Vec<RecentPipelines>,
 }
 
-struct Kept {
-    shape: Shape,
+struct RecentPipelines {
+    shape: ShaderShape,
     offsets: Offsets,
     pipeline: wgpu::ComputePipeline,
 }
@@ -30,7 +30,7 @@ impl Pipelines {
     }
 
     /// The pipeline of a layout's shape, which is made where none is kept.
-    pub fn of(&mut self, gpu: &Gpu, layout: &Layout) -> wgpu::ComputePipeline {
+    pub fn of(&mut self, gpu: &Gpu, layout: &ShaderLayout) -> wgpu::ComputePipeline {
         let found = self.known.iter().position(|known| known.shape == layout.shape && known.offsets == layout.offsets);
         let newest = match found {
             Some(at) => self.known.remove(at),
@@ -39,7 +39,7 @@ impl Pipelines {
                 // SAFETY: every loop of the march ends (`shader::tests::loops_end`), and numbers that count stay countable
                 // (`check_limits`).
                 let pipeline = unsafe { gpu.pipeline_that_ends(&text, "main") };
-                Kept { shape: layout.shape.clone(), offsets: layout.offsets.clone(), pipeline }
+                RecentPipelines { shape: layout.shape.clone(), offsets: layout.offsets.clone(), pipeline }
             }
         };
         let pipeline = newest.pipeline.clone();
@@ -64,7 +64,7 @@ mod tests {
         let gpu = device();
         let layout = |count: usize| {
             let plan = plan_of(&scene(8, &format!("count = {count}")));
-            Layout::new(&plan, quads(&plan, 0), false).unwrap()
+            ShaderLayout::new(&plan, quads(&plan, 0), false).unwrap()
         };
         let mut pipelines = Pipelines::new(Tuning::default());
         let (few, many) = (layout(2), layout(3));

@@ -10,7 +10,7 @@ use wgpu::BufferUsages as Use;
 use crate::atlas::size;
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
-use crate::layout::Layout;
+use crate::layout::ShaderLayout;
 use crate::shader_constants::Pauses;
 use crate::tables::Quad;
 use crate::textures::{dark, texture};
@@ -57,7 +57,7 @@ pub fn pauses(gpu: &Gpu, tuning: Tuning) -> Pauses {
 }
 
 /// The layout without what the tuning leaves out.
-pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
+pub fn tuned(mut layout: ShaderLayout, tuning: Tuning) -> ShaderLayout {
     if !tuning.end_early {
         // Nothing is so deep.
         layout.frame.limits[0] = 0.0;
@@ -70,7 +70,7 @@ pub fn tuned(mut layout: Layout, tuning: Tuning) -> Layout {
 
 impl Volumes {
     /// Uploads the volumes of a plan; the first textures may be `kept`.
-    pub fn new(gpu: &Gpu, plan: &Plan, layout: &Layout, reused_views: &[wgpu::TextureView]) -> Self {
+    pub fn new(gpu: &Gpu, plan: &Plan, layout: &ShaderLayout, reused_views: &[wgpu::TextureView]) -> Self {
         let volumes: Vec<&Volume> = plan.volumes().collect();
         let view = |quad: &Quad| texture(gpu, volumes[quad.volume], quad);
         let mut views: Vec<wgpu::TextureView> =
@@ -86,7 +86,7 @@ impl Volumes {
 }
 
 impl Buffers {
-    pub fn new(gpu: &Gpu, layout: &Layout, pauses: Pauses) -> Result<Self> {
+    pub fn new(gpu: &Gpu, layout: &ShaderLayout, pauses: Pauses) -> Result<Self> {
         let [width, height, ..] = layout.frame.size.map(|n| n as usize);
         let row = 4 * (width * layout.shape.bands()) as u64;
         // Span, step, part, depth and deepest beside the light.
@@ -114,13 +114,19 @@ impl Buffers {
 }
 
 /// The head of the tables, which a device keeps at hand where it is small.
-pub fn constants(gpu: &Gpu, layout: &Layout) -> wgpu::Buffer {
+pub fn constants(gpu: &Gpu, layout: &ShaderLayout) -> wgpu::Buffer {
     let space = if layout.shape.constants_are_uniform() { Use::UNIFORM } else { Use::STORAGE };
     gpu.filled(bytemuck::cast_slice(&layout.tables[..layout.shape.constants]), space)
 }
 
 /// The bindings of a pipeline: buffers, then textures and their sampler.
-pub fn groups(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, layout: &Layout, volumes: &Volumes, buffers: &Buffers) -> [wgpu::BindGroup; 2] {
+pub fn groups(
+    gpu: &Gpu,
+    pipeline: &wgpu::ComputePipeline,
+    layout: &ShaderLayout,
+    volumes: &Volumes,
+    buffers: &Buffers,
+) -> [wgpu::BindGroup; 2] {
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
     let constants = constants(gpu, layout);
     let buffers = [&buffers.frame, &tables, &tables, &volumes.bricks, &buffers.picture, &buffers.report, &buffers.paused, &constants]
@@ -136,7 +142,7 @@ const BUFFERS: u64 = 7;
 /// Positions in tables are written as f32, which counts so far.
 const COUNTABLE: u64 = 1 << 24;
 
-pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &Layout) -> Result<()> {
+pub fn check_limits(gpu: &Gpu, plan: &Plan, layout: &ShaderLayout) -> Result<()> {
     let limits = gpu.device.limits();
     let most = u64::from(limits.max_storage_buffers_per_shader_stage);
     GpuError::too_large("the number of buffers of the shader", BUFFERS, most, "render on the processor")?;

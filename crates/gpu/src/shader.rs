@@ -1,7 +1,7 @@
-//! The source of a shader: constants and bindings printed from a [`Shape`], then `shaders/*.wgsl`.
+//! The source of a shader: constants and bindings printed from a [`ShaderShape`], then `shaders/*.wgsl`.
 
 use crate::shader_constants::{Pauses, constants, limits};
-use crate::shape::Shape;
+use crate::shape::ShaderShape;
 use crate::tables::Offsets;
 use crate::written_out::{Limits, written_out};
 
@@ -22,7 +22,7 @@ const FILES: [&str; 12] = [
 ];
 
 /// WGSL for a shape, by workgroups of so many rays across and down.
-pub fn source(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
+pub fn source(shape: &ShaderShape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
     let files = FILES.iter().copied().chain([shape.form.wgsl]);
     let mut limits = limits(shape);
     if shape.form.is_short {
@@ -42,7 +42,7 @@ fn lists(limits: &Limits) -> String {
 }
 
 /// The constants, the textures, and which of them a quad is.
-fn bindings(shape: &Shape) -> String {
+fn bindings(shape: &ShaderShape) -> String {
     let quads = shape.quads;
     let (space, length) = match shape.constants_are_uniform() {
         true => ("uniform", format!(", {}", shape.constants.max(1))),
@@ -69,8 +69,8 @@ mod tests {
     use super::*;
     use crate::fixtures::{plan_of, scene};
     use crate::forms::FORMS;
-    use crate::frame::Frame;
-    use crate::layout::{Layout, quads};
+    use crate::frame::FrameConstants;
+    use crate::layout::{ShaderLayout, quads};
     use crate::ordinates::{self, ORDINATES, PlaneNumbers, TermNumbers};
     use crate::ray_tracer::{self, GenerationNumbers, RAY_TRACER, RayNumbers, StarNumbers};
     use crate::resolve::{self, DisplayLevels};
@@ -79,8 +79,8 @@ mod tests {
 
     const WORKGROUP: (u32, u32) = (8, 8);
 
-    fn shapes() -> Vec<Shape> {
-        let plain = Shape {
+    fn shapes() -> Vec<ShaderShape> {
+        let plain = ShaderShape {
             sight: Sight::Plane,
             form: FORMS[0],
             quads: 1,
@@ -106,13 +106,13 @@ mod tests {
             paged: vec![false],
             constants: 1000,
         };
-        let of_forms = FORMS.iter().map(|form| Shape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
+        let of_forms = FORMS.iter().map(|form| ShaderShape { form, phase: PhaseKind::Spectral, background: true, ..plain.clone() });
         let others = [
-            Shape { phase: PhaseKind::Separable, star_march: true, ..plain.clone() },
-            Shape { sight: Sight::Dome, ..plain.clone() },
-            Shape { sight: Sight::Sphere, background: true, ..plain.clone() },
-            Shape { sight: Sight::Cube, ..plain.clone() },
-            Shape {
+            ShaderShape { phase: PhaseKind::Separable, star_march: true, ..plain.clone() },
+            ShaderShape { sight: Sight::Dome, ..plain.clone() },
+            ShaderShape { sight: Sight::Sphere, background: true, ..plain.clone() },
+            ShaderShape { sight: Sight::Cube, ..plain.clone() },
+            ShaderShape {
                 phase: PhaseKind::Spectral,
                 quads: 3,
                 star_slots: (1..7).collect(),
@@ -120,20 +120,31 @@ mod tests {
                 inner: 2,
                 ..plain.clone()
             },
-            Shape { cloud: true, ..plain.clone() },
-            Shape { detail: 4, detailed: vec![true, false, true], quads: 3, emitter_slots: vec![9], ..plain.clone() },
-            Shape { quads: 3, paged: vec![true, false, true], ..plain.clone() },
-            Shape { middles: true, quads: 4, scattered_field: Some(1), emitter_slots: vec![3], ..plain.clone() },
-            Shape { quads: 4, scattered_field: Some(1), ..plain.clone() },
-            Shape { quads: 4, star_slots: Vec::new(), scattered_field: Some(1), many_lights: 1000, ..plain.clone() },
-            Shape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Separable, ..plain.clone() },
-            Shape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Spectral, ..plain.clone() },
-            Shape { star_slots: Vec::new(), emitter_slots: vec![0], dust: None, ..plain.clone() },
-            Shape { terms: vec![30; 12], room: 512, star_slots: (0..20).map(|s| 1 + s % 3).collect(), constants: 10_000, ..plain.clone() },
-            Shape { star_slots: Vec::new(), quads: 3, field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }), ..plain.clone() },
+            ShaderShape { cloud: true, ..plain.clone() },
+            ShaderShape { detail: 4, detailed: vec![true, false, true], quads: 3, emitter_slots: vec![9], ..plain.clone() },
+            ShaderShape { quads: 3, paged: vec![true, false, true], ..plain.clone() },
+            ShaderShape { middles: true, quads: 4, scattered_field: Some(1), emitter_slots: vec![3], ..plain.clone() },
+            ShaderShape { quads: 4, scattered_field: Some(1), ..plain.clone() },
+            ShaderShape { quads: 4, star_slots: Vec::new(), scattered_field: Some(1), many_lights: 1000, ..plain.clone() },
+            ShaderShape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Separable, ..plain.clone() },
+            ShaderShape { quads: 4, scattered_field: Some(1), many_lights: 9, phase: PhaseKind::Spectral, ..plain.clone() },
+            ShaderShape { star_slots: Vec::new(), emitter_slots: vec![0], dust: None, ..plain.clone() },
+            ShaderShape {
+                terms: vec![30; 12],
+                room: 512,
+                star_slots: (0..20).map(|s| 1 + s % 3).collect(),
+                constants: 10_000,
+                ..plain.clone()
+            },
+            ShaderShape {
+                star_slots: Vec::new(),
+                quads: 3,
+                field: Some(FieldShape { elements: 3, polynomials: 2, quad: 1 }),
+                ..plain.clone()
+            },
         ];
         let of_forms = of_forms.map(|shape| match shape.form.name {
-            "common_nodes" => Shape { terms: vec![12, 0, 0], shared: true, ..shape },
+            "common_nodes" => ShaderShape { terms: vec![12, 0, 0], shared: true, ..shape },
             _ => shape,
         });
         of_forms.chain(others).collect()
@@ -240,7 +251,7 @@ mod tests {
                 (vec![$((stringify!($field).to_owned(), std::mem::offset_of!($kind, $field))),*], size_of::<$kind>())
             };
         }
-        let frame = ours!(Frame: middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths, seeds);
+        let frame = ours!(FrameConstants: middle, across, upwards, forward, turn_x, turn_y, low, high, steps, limits, jitter, size, strip, counts, depths, seeds);
         assert_eq!(frame, fields(&validated(&source(&shapes()[0], &offsets(), WORKGROUP, Pauses::Never)), "Frame"));
         let sweep = ours!(SweepNumbers: apex, along_u, along_v, along_w, star, slopes, edge, sides, counts, dims, strides);
         assert_eq!(sweep, fields(&validated(&sweep_source()), "Sweep"));
@@ -321,7 +332,7 @@ mod tests {
     /// Offsets of the sections of a plan's tables: shaders need their names, whatever the plan.
     fn offsets() -> Offsets {
         let plan = plan_of(&scene(8, ""));
-        Layout::new(&plan, quads(&plan, 0), false).unwrap().offsets
+        ShaderLayout::new(&plan, quads(&plan, 0), false).unwrap().offsets
     }
 
     /// Each function of a shader that repeats one in Rust, with the path of that: (function, path).

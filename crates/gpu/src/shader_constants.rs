@@ -17,7 +17,7 @@ use spectra::rule::DepthTable;
 
 use crate::forms::GENTLE;
 use crate::many_lights;
-use crate::shape::{PhaseKind, Shape, Sight};
+use crate::shape::{PhaseKind, ShaderShape, Sight};
 use crate::tables::Offsets;
 use crate::written_out::{Limits, MOST_TURNS};
 
@@ -34,7 +34,7 @@ pub enum Pauses {
 }
 
 /// Bounds of loops.
-pub fn limits(shape: &Shape) -> Limits {
+pub fn limits(shape: &ShaderShape) -> Limits {
     let first_terms = shape.terms.iter().scan(0, |sum, terms| Some(std::mem::replace(sum, *sum + terms)));
     Limits {
         most: MOST_TURNS,
@@ -63,12 +63,12 @@ pub fn limits(shape: &Shape) -> Limits {
     }
 }
 
-/// A line for each constant of the march.
-pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
+/// Whole numbers of the march.
+fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize); 41] {
     let lights = shape.lights() - 1;
     let kind = |kind: PhaseKind| kind as usize;
     let sight = |sight: Sight| sight as usize;
-    let whole = [
+    [
         ("WORKGROUP_X", workgroup.0 as usize),
         ("WORKGROUP_Y", workgroup.1 as usize),
         ("ROOM", shape.room),
@@ -110,8 +110,12 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("TERM_TURNS", shape.form.turns.each_term),
         ("PART_TURNS", 2 + 4 * shape.quads + 2 * lights),
         ("STEP_TURNS", 4 + 4 * shape.quads + shape.brick_grids + 2 * lights + shape.bands() * lights * shape.room / END_EVERY),
-    ];
-    let real = [
+    ]
+}
+
+/// Real numbers of the march.
+fn reals() -> [(&'static str, f64); 27] {
+    [
         ("PHASE_RANGE", PHASE_RANGE),
         ("MAX_PHASES", MAX_PHASES as f64),
         ("MAX_PIECES", MAX_PIECES as f64),
@@ -139,7 +143,11 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("HALF_PI", std::f64::consts::FRAC_PI_2),
         ("FAR", 1e30),
         ("TINY", 1e-30),
-    ];
+    ]
+}
+
+/// A line for each constant of the march.
+pub fn constants(shape: &ShaderShape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
     let truth = [
         ("SHARED", shape.shared),
         ("SUMS_IN_REGISTERS", shape.sums_in_registers()),
@@ -153,9 +161,13 @@ pub fn constants(shape: &Shape, offsets: &Offsets, workgroup: (u32, u32), pauses
         ("HAS_MIDDLES", shape.middles),
         ("PAUSES", pauses == Pauses::Software),
     ];
-    let whole =
-        limits(shape).numbers.into_iter().chain(whole).chain(offsets.iter()).map(|(name, value)| format!("const {name} = {value}u;\n"));
-    let real = real.iter().map(|(name, value)| format!("const {name}: f32 = {:e};\n", *value as f32));
+    let whole = limits(shape)
+        .numbers
+        .into_iter()
+        .chain(integers(shape, workgroup))
+        .chain(offsets.iter())
+        .map(|(name, value)| format!("const {name} = {value}u;\n"));
+    let real = reals().into_iter().map(|(name, value)| format!("const {name}: f32 = {:e};\n", value as f32));
     let truth = truth.iter().map(|(name, value)| format!("const {name} = {value};\n"));
     whole.chain(real).chain(truth).chain([cube()]).collect()
 }

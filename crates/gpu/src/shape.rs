@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use barnard::camera::panorama::Layout;
+use barnard::camera::panorama::PanoramaLayout;
 use barnard::camera::{Camera, Projection};
 use barnard::plan::{LightField, Plan, Weights};
 use barnard::volume::{Channel, Volume};
@@ -51,9 +51,9 @@ impl Sight {
     fn of(camera: &Camera) -> Self {
         match camera.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => Self::Plane,
-            Projection::Panorama { layout: Layout::Dome { .. }, .. } => Self::Dome,
-            Projection::Panorama { layout: Layout::Sphere, .. } => Self::Sphere,
-            Projection::Panorama { layout: Layout::Cube, .. } => Self::Cube,
+            Projection::Panorama { layout: PanoramaLayout::Dome { .. }, .. } => Self::Dome,
+            Projection::Panorama { layout: PanoramaLayout::Sphere, .. } => Self::Sphere,
+            Projection::Panorama { layout: PanoramaLayout::Cube, .. } => Self::Cube,
         }
     }
 }
@@ -68,7 +68,7 @@ pub struct FieldShape {
 
 /// The shape that a shader is made for; a change of it makes another shader.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shape {
+pub struct ShaderShape {
     pub sight: Sight,
     pub form: &'static FormEntry,
     pub quads: usize,
@@ -111,7 +111,7 @@ pub struct Shape {
     pub constants: usize,
 }
 
-impl Shape {
+impl ShaderShape {
     /// The shape of a plan whose channels stand in `quads` of its `volumes`.
     pub fn of(plan: &Plan, weights: &Weights, quads: &[Quad], volumes: &[&Volume], on_the_fly: bool) -> Result<Self> {
         let slot_of = |channel| slot_of(quads, volumes, channel);

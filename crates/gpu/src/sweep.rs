@@ -169,7 +169,7 @@ fn depths_of(part: &SweepNumbers) -> usize {
 fn parts(frustum: &Frustum, dust: &Slot, inner: &Lattice) -> Vec<SweepNumbers> {
     let planes = frustum.planes();
     let Some(first) = planes.first() else { return Vec::new() };
-    let swept = Swept { frustum, dust, inner, first: *first };
+    let swept = SweptFrustum { frustum, dust, inner, first: *first };
     frustum.tiers().iter().flat_map(|tier| pieces(tier).map(|part| swept.numbers(&part, tier.end))).collect()
 }
 
@@ -181,7 +181,7 @@ fn pieces(tier: &TierOf) -> impl Iterator<Item = TierOf> + use<'_> {
 }
 
 /// A frustum that is swept through the texture of a dust, with the voxels in which depths are settled.
-struct Swept<'a> {
+struct SweptFrustum<'a> {
     frustum: &'a Frustum,
     dust: &'a Slot<'a>,
     inner: &'a Lattice,
@@ -189,7 +189,7 @@ struct Swept<'a> {
     first: usize,
 }
 
-impl Swept<'_> {
+impl SweptFrustum<'_> {
     /// Texture coordinates from voxel to voxel.
     fn step(&self) -> DVec3 {
         self.inner.voxel_pc() / self.dust.volume.lattice.bounds.size()

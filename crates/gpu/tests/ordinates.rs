@@ -10,7 +10,7 @@ use barnard::field::{Grid, Lattice};
 use barnard::fixtures::small_cloud;
 use barnard::geometry::Bounds;
 use barnard::memory::DEFAULT_LIMIT;
-use barnard::plan::ordinates::{Cells, EightLanes, Moments, Powers, Processor, Sweeper, Transfer, WIDTH, faces};
+use barnard::plan::ordinates::{EightLanes, Moments, Powers, Processor, SweepCells, Sweeper, Transfer, WIDTH, faces};
 use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard_gpu::{Gpu, Ordinates};
 use glam::DVec3;
@@ -21,7 +21,7 @@ fn swept(by: &dyn Sweeper, (harmonics, edges): (usize, [usize; 2]), k: &EightLan
     let size = DVec3::new(1.0, 2.0, 1.5);
     let lattice = Lattice { dims: [21, 34, 27], bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };
     let dust = Grid::sampled(lattice, |p| if p.length() < 0.3 { 0.0 } else { 3.0 + 40.0 * (7.0 * p.x).sin().max(0.0) + 5.0 * p.y * p.y });
-    let cells = Cells::new(&dust, &[], 17);
+    let cells = SweepCells::new(&dust, &[], 17);
     let count = cells.lattice.cells();
     // Numbers without order that any machine makes.
     let number = |i: usize, scale: f32| scale * ((i * 7919 % 1009) as f32 / 1009.0 - 0.3);

@@ -6,7 +6,7 @@ mod test_device;
 use barnard_gpu::{Gpu, IonisingRays};
 use glam::DVec3;
 use ionisation::atoms::BOLTZMANN_EV;
-use ionisation::balance::{Gas, State};
+use ionisation::balance::{Gas, GasState};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::{IonisingLight, NODES, OWN_NODES, Photons};
@@ -116,7 +116,7 @@ fn clouds_are_those_of_the_processor() {
     let cloud = cloud(&hydrogen);
     let places = [DVec3::new(0.3, 0.3, 0.1), DVec3::new(-0.5, -0.4, -0.2)];
     let stars: Vec<Star> = places.into_iter().zip(&lights).map(|(place, light)| Star { place, light }).collect();
-    let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
+    let ions = |gas: &Gas, state: &GasState| gas.hydrogen * state.fractions[0][1];
     let solved = |tracer: Option<&dyn RayTracer>| {
         cloud.ionised_by(tracer, &stars, &Settings::default(), &[Quantity { most: 200.0, value: &ions }], &|_, _| true).unwrap()
     };

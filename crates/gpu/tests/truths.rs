@@ -42,8 +42,8 @@ fn gpu_is_within_3e_3_of_every_case() {
 fn parts_of_an_image_make_the_whole() {
     let (gpu, control, options) = (device(), Control::default(), Options::default());
     let scene = barnard_files::builtin::load("barres_neyret", DEFAULT_LIMIT).unwrap();
-    for camera in [scene.camera.clone(), scene.camera.clone().orthographic_pc(3.0)] {
-        let scene = scene.clone().with_camera(camera.size(40, 30));
+    for camera in [scene.camera.clone(), scene.camera.clone().with_orthographic_pc(3.0)] {
+        let scene = scene.clone().with_camera(camera.with_size(40, 30));
         let (whole, mut plan) = picture(&gpu, &scene, &options);
         let part = scene.camera.clone().crop(13, 4, 20, 11).unwrap();
         plan.look_from(part.clone(), &control).unwrap();
@@ -69,7 +69,7 @@ fn gpu_is_within_its_stated_accuracy_of_the_reference() {
             continue;
         }
         let scene = sample_functions(&scene, &options).unwrap();
-        let scene = scene.clone().with_camera(scene.camera.clone().supersampling(1).size(EDGE, EDGE));
+        let scene = scene.clone().with_camera(scene.camera.clone().with_supersampling(1).with_size(EDGE, EDGE));
         let (image, plan) = picture(&gpu, &scene, &options);
         let truth = barnard::render_reference(&scene, 3e-4, &Control::default()).unwrap();
         let spatial = plan.space().spatial.map_or(0.0, |s| s.error);

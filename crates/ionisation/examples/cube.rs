@@ -3,7 +3,7 @@
 //! `cargo run --release -p barnard-ionisation --example cube -- 128 8`
 
 use glam::DVec3;
-use ionisation::balance::{Gas, State};
+use ionisation::balance::{Gas, GasState};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
@@ -26,8 +26,8 @@ fn main() {
     // Along a spiral, the first of them in the middle.
     let place = |i: usize| DVec3::new((2.4 * i as f64).cos(), (2.4 * i as f64).sin(), 0.3) * 0.8 * (i as f64).sqrt();
     let stars: Vec<Star> = (0..count).map(|i| Star { place: place(i), light: &light }).collect();
-    let electrons = |_: &Gas, state: &State| state.electrons;
-    let warm = |_: &Gas, state: &State| state.temperature;
+    let electrons = |_: &Gas, state: &GasState| state.electrons;
+    let warm = |_: &Gas, state: &GasState| state.temperature;
     for _ in 0..2 {
         let since = std::time::Instant::now();
         let quantities = [Quantity { most: 300.0, value: &electrons }, Quantity { most: 1e5, value: &warm }];

@@ -19,7 +19,7 @@ use crate::atoms::{
 use crate::coefficients::{Coefficients, Of};
 use crate::lanes::Lanes;
 use crate::light::{ABSORBERS, IONS, IonisingLight, NODES, OWN_NODES, ion};
-pub use crate::state::{COLDEST, Gas, HOTTEST, State, States};
+pub use crate::state::{COLDEST, Gas, GasState, HOTTEST, States};
 pub use crate::thermostat::{SLOPE, Thermostat};
 
 /// Photoionisation rates of each ion, in the order of [`ion`].

@@ -12,7 +12,7 @@
 use spectra::constants::SPHERE;
 
 use crate::atoms::{ELEMENTS, HYDROGEN_EV};
-use crate::balance::{Accuracy, Gas, SLOPE, State};
+use crate::balance::{Accuracy, Gas, GasState, SLOPE};
 use crate::emitted::EmittedLight;
 use crate::light::{ByNode, IonisingLight, OWN_NODES};
 use crate::packet::{Packet, Trial};
@@ -34,7 +34,7 @@ pub struct Beam<'a> {
     /// Ionising photons that there were at the star \[s⁻¹\].
     all: f64,
     /// The gas of the last step, and its light.
-    near: Near,
+    near: NearGas,
     /// Length limit of the next step \[cm\].
     next_cm: f64,
     /// The step that it is at.
@@ -55,8 +55,8 @@ struct Attempt {
 
 /// Gas that is near in what it is, whatever its density.
 #[derive(Debug, Clone)]
-struct Near {
-    state: State,
+struct NearGas {
+    state: GasState,
     /// Nuclei of hydrogen \[cm⁻³\], and ionising photons \[s⁻¹ cm⁻²\].
     hydrogen: f64,
     flux: f64,
@@ -66,11 +66,11 @@ struct Near {
     slope: f64,
 }
 
-impl Near {
+impl NearGas {
     /// Scaling of the gas to another density under a flux: there are as many times more electrons as
     /// it is denser, neutral parts are larger by that and by how much fainter the light is, light of recombinations is
     /// brighter by the square.
-    fn at(&self, hydrogen: f64, flux: f64) -> (State, [f64; OWN_NODES]) {
+    fn at(&self, hydrogen: f64, flux: f64) -> (GasState, [f64; OWN_NODES]) {
         let denser = hydrogen / self.hydrogen;
         let fainter = if flux > 0.0 && self.flux > 0.0 { self.flux / flux } else { 1.0 };
         let mut state = self.state;
@@ -87,13 +87,13 @@ impl Near {
 
 /// A step of a beam.
 #[derive(Debug, Clone)]
-pub struct Step {
+pub struct BeamStep {
     /// Start \[cm\].
     pub inner_cm: f64,
     /// Its length \[cm\].
     pub thickness_cm: f64,
     /// The gas in it.
-    pub state: State,
+    pub state: GasState,
     /// Its depth by node \[1\].
     pub depths: ByNode,
     /// Photons that the gas makes \[cm⁻³ s⁻¹\].
@@ -102,7 +102,7 @@ pub struct Step {
     pub moved: f64,
 }
 
-impl Step {
+impl BeamStep {
     /// Its volume within a solid angle \[cm³\].
     pub fn volume(&self, solid_angle: f64) -> f64 {
         shell(solid_angle, self.inner_cm, self.thickness_cm)
@@ -129,7 +129,7 @@ impl<'a> Beam<'a> {
 
     /// Photons by node \[s⁻¹\] within a solid angle \[sr\], at a distance from where they come from \[cm\].
     pub fn bringing(photons: ByNode, light: &'a IonisingLight, accuracy: &'a Accuracy, (solid_angle, radius_cm): (f64, f64)) -> Self {
-        let mut state = State::neutral(&Gas::new(1.0, [1.0; ELEMENTS]));
+        let mut state = GasState::neutral(&Gas::new(1.0, [1.0; ELEMENTS]));
         state.temperature = 8000.0;
         state.electrons = 1.0;
         for fractions in &mut state.fractions[..2] {
@@ -142,7 +142,7 @@ impl<'a> Beam<'a> {
             radius_cm,
             photons,
             all: light.ionising_of(&photons),
-            near: Near { state, hydrogen: 1.0, flux: 0.0, emitted: [0.0; OWN_NODES], slope: SLOPE },
+            near: NearGas { state, hydrogen: 1.0, flux: 0.0, emitted: [0.0; OWN_NODES], slope: SLOPE },
             next_cm: f64::INFINITY,
             attempt: None,
             field: None,
@@ -200,11 +200,11 @@ impl<'a> Beam<'a> {
 
     /// Ends a step that has settled, and has its light go on; where it was too deep it has begun anew, shorter, and there is
     /// none yet.
-    pub fn end(&mut self, (packet, lane): (&mut Packet, usize)) -> Option<Step> {
+    pub fn end(&mut self, (packet, lane): (&mut Packet, usize)) -> Option<BeamStep> {
         let Attempt { trial, most_cm, flux } = self.attempt.take()?;
         let Trial { hydrogen, thickness, area, .. } = trial;
         let outcome = packet.end(lane);
-        self.near = Near { state: outcome.state, hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope };
+        self.near = NearGas { state: outcome.state, hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope };
         let deepest = self.deepest(&outcome.depths);
         if deepest > 2.0 * self.accuracy.depth {
             self.next_cm = thickness * (self.accuracy.depth / deepest).clamp(1e-2, 0.5);
@@ -216,7 +216,7 @@ impl<'a> Beam<'a> {
                 if node < OWN_NODES && self.field.is_none() { outcome.emitted[node] * area * thickness * outcome.means[node] } else { 0.0 };
             *photons = *photons * outcome.left[node] + made;
         }
-        let step = Step {
+        let step = BeamStep {
             inner_cm: self.radius_cm,
             thickness_cm: thickness,
             state: outcome.state,

@@ -41,7 +41,7 @@ pub const BENCHMARKS: [Benchmark; 4] = [
 
 /// A quantity: what the codes found, and what we find.
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct BenchmarkRow {
     /// Quantity and unit; lines are relative to Hβ.
     pub quantity: &'static str,
     /// Published results of the codes, if given.
@@ -50,7 +50,7 @@ pub struct Row {
     pub found: f64,
 }
 
-impl Row {
+impl BenchmarkRow {
     /// The least and the largest of the codes.
     pub fn range(&self) -> [f64; 2] {
         self.codes.iter().fold([f64::INFINITY, 0.0], |[low, high], value| [value.min(low), value.max(high)])
@@ -84,7 +84,7 @@ impl Benchmark {
     }
 
     /// The table of the benchmark, with what a sphere has.
-    pub fn rows(&self, sphere: &Sphere) -> Vec<Row> {
+    pub fn rows(&self, sphere: &Sphere) -> Vec<BenchmarkRow> {
         self.rows_of(&Found {
             line: &|label| sphere.line(label),
             radius_cm: sphere.front_cm(Element::Hydrogen, 0).unwrap_or(f64::NAN),
@@ -98,7 +98,7 @@ impl Benchmark {
     ///
     /// # Panics
     /// Where the embedded table is broken; a test reads it.
-    pub fn rows_of(&self, found: &Found) -> Vec<Row> {
+    pub fn rows_of(&self, found: &Found) -> Vec<BenchmarkRow> {
         let beta = (found.line)("Ba4-2");
         let row = |cells: Vec<&'static str>| {
             let quantity = cells[1];
@@ -113,7 +113,7 @@ impl Benchmark {
                 Some("T") => found.inner_temperature,
                 _ => cells[2].split('+').map(found.line).sum::<f64>() / beta,
             };
-            Row { quantity, codes: cells[3..].iter().filter_map(|cell| cell.parse().ok()).collect(), found: unit }
+            BenchmarkRow { quantity, codes: cells[3..].iter().filter_map(|cell| cell.parse().ok()).collect(), found: unit }
         };
         table().filter(|cells| cells[0] == self.name).map(row).collect()
     }

@@ -19,7 +19,7 @@ const RAYS: usize = 2;
 
 /// Light of one node in a shell.
 #[derive(Debug, Clone, Copy)]
-pub struct Source {
+pub struct ShellSource {
     /// Photons that it makes \[cm⁻³ s⁻¹\].
     pub made: f64,
     /// Extinction \[cm⁻¹\].
@@ -39,11 +39,11 @@ pub struct EmittedLight {
 
 impl EmittedLight {
     /// That of shells, given where they begin and the last of them ends \[cm\], and what each has by node.
-    pub fn new(edges_cm: &[f64], sources: &[[Source; OWN_NODES]]) -> Self {
+    pub fn new(edges_cm: &[f64], sources: &[[ShellSource; OWN_NODES]]) -> Self {
         let radii_cm: Vec<f64> = edges_cm.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
         let mut light = Self { radii_cm, flux: vec![[0.0; OWN_NODES]; sources.len()], left: [0.0; OWN_NODES] };
         for node in 0..OWN_NODES {
-            let shells: Vec<Source> = sources.iter().map(|shell| shell[node]).collect();
+            let shells: Vec<ShellSource> = sources.iter().map(|shell| shell[node]).collect();
             let (flux, left) = flux(edges_cm, &shells);
             light.flux.iter_mut().zip(flux).for_each(|(to, value)| to[node] = value);
             light.left[node] = left;
@@ -64,7 +64,7 @@ impl EmittedLight {
 }
 
 /// The flux in each shell \[s⁻¹ cm⁻²\], and the photons that leave the outermost \[s⁻¹\].
-fn flux(edges: &[f64], shells: &[Source]) -> (Vec<f64>, f64) {
+fn flux(edges: &[f64], shells: &[ShellSource]) -> (Vec<f64>, f64) {
     let count = shells.len();
     let (mut sums, mut ways) = (vec![0.0; count], vec![0.0; count]);
     let mut left = 0.0;
@@ -83,7 +83,7 @@ fn flux(edges: &[f64], shells: &[Source]) -> (Vec<f64>, f64) {
         }
         let mut intensity = 0.0;
         for shell in (first..count).rev().chain(first..count) {
-            let (Source { made, opacity }, length) = (shells[shell], lengths[shell]);
+            let (ShellSource { made, opacity }, length) = (shells[shell], lengths[shell]);
             let depth = opacity * length;
             let (mean, rest) = means(depth);
             let source = made / SPHERE * length;
@@ -118,7 +118,7 @@ mod tests {
         for depth in [0.1f64, 1.0, 3.0, 10.0] {
             let shells = 200;
             let edges: Vec<f64> = (0..=shells).map(|i| f64::from(i) / f64::from(shells)).collect();
-            let sources = vec![Source { made: 1.0, opacity: depth }; shells as usize];
+            let sources = vec![ShellSource { made: 1.0, opacity: depth }; shells as usize];
             let (flux, left) = flux(&edges, &sources);
             let all = SPHERE / 3.0;
             let known = 0.75 / depth * (1.0 - 0.5 / depth.powi(2) + (1.0 / depth + 0.5 / depth.powi(2)) * (-2.0 * depth).exp());

@@ -7,8 +7,8 @@
 use glam::DVec3;
 use spectra::constants::SPHERE;
 
-use crate::balance::{Gas, State};
-use crate::beam::{Beam, Step, shell};
+use crate::balance::{Gas, GasState};
+use crate::beam::{Beam, BeamStep, shell};
 use crate::cloud::{PARSEC_CM, Settings};
 use crate::lanes::LANES;
 use crate::light::IonisingLight;
@@ -108,7 +108,7 @@ impl<'a> Follow<'a> {
     }
 
     /// Keeps what a step found in its voxel.
-    fn see(&self, walk: &mut Walk, step: &Step) {
+    fn see(&self, walk: &mut Walk, step: &BeamStep) {
         self.tally.see(&mut walk.seen, step.volume(walk.beam.solid_angle), &walk.gas, &step.state);
     }
 
@@ -153,7 +153,7 @@ impl<'a> Follow<'a> {
     fn cross_dark(&self, walk: &mut Walk, end_cm: f64) {
         let (inner_cm, thickness_cm) = (walk.beam.radius_cm, end_cm - walk.beam.radius_cm);
         let volume = shell(walk.beam.solid_angle, inner_cm, thickness_cm);
-        self.tally.see(&mut walk.seen, volume, &walk.gas, &State::neutral(&walk.gas));
+        self.tally.see(&mut walk.seen, volume, &walk.gas, &GasState::neutral(&walk.gas));
         walk.beam.radius_cm = end_cm;
     }
 }

@@ -6,8 +6,8 @@
 use rayon::prelude::*;
 
 use crate::atoms::STAGES;
-use crate::balance::{Gas, State};
-use crate::beam::{Beam, Step, mean_square, shell};
+use crate::balance::{Gas, GasState};
+use crate::beam::{Beam, BeamStep, mean_square, shell};
 use crate::cloud::{Cloud, PARSEC_CM, Quantity, Settings};
 use crate::lanes::LANES;
 use crate::light::{ABSORBERS, ByNode, DETOUR, IonisingLight, NODES, OWN_NODES, ion};
@@ -47,7 +47,7 @@ impl Known {
     ) -> Self {
         let (cells, nodes) = (cloud.hydrogen.len(), kind.energies_ev.len());
         let mut voxels = vec![Voxel::dark(Nodes::each(|_| 0.0)); cells];
-        let slabs = Slabs { cloud, kind, settings, quantities };
+        let slabs = VoxelSolver { cloud, kind, settings, quantities };
         let found: Vec<(Vec<f32>, [u64; 2])> = voxels
             .par_chunks_mut(CHUNK)
             .zip(flux.par_chunks(CHUNK * (nodes + BEHIND)))
@@ -70,11 +70,11 @@ impl Known {
 /// The opacity of neutral gas by node, for one nucleus of hydrogen \[cm²\].
 pub fn dark(cloud: &Cloud, settings: &Settings, kind: &IonisingLight) -> ByNode {
     let gas = Gas { hydrogen: 1.0, ..cloud.gas(0, settings) };
-    opacity(kind, &gas, &State::neutral(&gas))
+    opacity(kind, &gas, &GasState::neutral(&gas))
 }
 
 /// The opacity of gas by node \[cm⁻¹\].
-pub(crate) fn opacity(light: &IonisingLight, gas: &Gas, state: &State) -> [f64; NODES] {
+pub(crate) fn opacity(light: &IonisingLight, gas: &Gas, state: &GasState) -> [f64; NODES] {
     let part = |ion: usize| {
         let (element, charge) = (ion / STAGES, ion % STAGES);
         gas.hydrogen * gas.abundances[element] * state.fractions[element][charge]
@@ -97,7 +97,7 @@ fn on_ways(depth: f64, variance: f64) -> f64 {
 }
 
 /// How voxels are solved.
-struct Slabs<'a> {
+struct VoxelSolver<'a> {
     cloud: &'a Cloud<'a>,
     kind: &'a IonisingLight,
     settings: &'a Settings,
@@ -105,7 +105,7 @@ struct Slabs<'a> {
 }
 
 /// A voxel that is being solved.
-struct Slab<'a> {
+struct SolvedVoxel<'a> {
     voxel: usize,
     gas: Gas,
     beam: Beam<'a>,
@@ -121,9 +121,9 @@ struct Slab<'a> {
     values: Vec<f64>,
 }
 
-impl Slab<'_> {
+impl SolvedVoxel<'_> {
     /// Takes gas along a part of the way.
-    fn take(&mut self, part: f64, state: &State, quantities: &[Quantity]) {
+    fn take(&mut self, part: f64, state: &GasState, quantities: &[Quantity]) {
         self.values[0] += part * state.fractions[0][1];
         for (sum, quantity) in self.values[1..].iter_mut().zip(quantities) {
             *sum += part * quantity.part(&self.gas, state);
@@ -135,7 +135,7 @@ impl Slab<'_> {
         shell(1.0, inner, thickness) / shell(1.0, self.begin_cm, self.end_cm - self.begin_cm)
     }
 
-    fn step(&mut self, step: &Step, quantities: &[Quantity]) {
+    fn step(&mut self, step: &BeamStep, quantities: &[Quantity]) {
         let part = self.part(step.inner_cm, step.thickness_cm);
         self.take(part, &step.state, quantities);
         for (node, (sum, depth)) in self.depths.iter_mut().zip(step.depths).enumerate() {
@@ -147,9 +147,9 @@ impl Slab<'_> {
     }
 }
 
-impl<'a> Slabs<'a> {
+impl<'a> VoxelSolver<'a> {
     /// The slab of a voxel, where there is gas and light.
-    fn slab(&'a self, voxel: usize, flux: &[f32]) -> Option<Slab<'a>> {
+    fn slab(&'a self, voxel: usize, flux: &[f32]) -> Option<SolvedVoxel<'a>> {
         let (gas, nodes) = (self.cloud.gas(voxel, self.settings), self.kind.energies_ev.len());
         let flux_of = |node: usize| f64::from(flux[node]);
         let rate: f64 = (0..nodes).map(|node| flux_of(node) * self.kind.weakening[0][node]).sum();
@@ -168,7 +168,7 @@ impl<'a> Slabs<'a> {
         let photons = std::array::from_fn(|node| if node < nodes { flux_of(node) } else { 0.0 });
         let beam = Beam::bringing(photons, self.kind, &self.settings.accuracy, (solid_angle, inner));
         let (depths, rates, values) = ([0.0; NODES], [0.0; OWN_NODES], vec![0.0; self.quantities.len() + 1]);
-        Some(Slab { voxel, gas, beam, begin_cm: inner, end_cm: inner + thickness, rate, variance, depths, emitted: rates, values })
+        Some(SolvedVoxel { voxel, gas, beam, begin_cm: inner, end_cm: inner + thickness, rate, variance, depths, emitted: rates, values })
     }
 
     /// Solves voxels from `first` on; gives the ions of hydrogen and what is asked for one behind the other, and the steps.
@@ -177,7 +177,7 @@ impl<'a> Slabs<'a> {
         let (mut found, mut steps) = (vec![0.0; count * (self.quantities.len() + 1)], [0; 2]);
         let mut packet = Packet::new(self.kind, self.settings.diffuse, &self.settings.accuracy, self.cloud.gas(first, self.settings));
         let mut waiting = flux.chunks_exact(flux.len() / count).enumerate().filter_map(|(voxel, flux)| self.slab(first + voxel, flux));
-        let mut slabs: [Option<Slab>; LANES] = [const { None }; LANES];
+        let mut slabs: [Option<SolvedVoxel>; LANES] = [const { None }; LANES];
         // The next voxel of a lane is most often not far from the last.
         let mut last: [Option<Beam>; LANES] = [const { None }; LANES];
         loop {
@@ -217,11 +217,11 @@ impl<'a> Slabs<'a> {
     }
 
     /// State of a solved voxel; `tell` receives its hydrogen ions and the requested quantities.
-    fn end(&self, slab: &mut Slab, mut tell: impl FnMut(usize, f64)) -> Voxel {
+    fn end(&self, slab: &mut SolvedVoxel, mut tell: impl FnMut(usize, f64)) -> Voxel {
         let whole_cm = slab.end_cm - slab.begin_cm;
         let rest_cm = (slab.end_cm - slab.beam.radius_cm).max(0.0);
         if rest_cm > 1e-12 * slab.end_cm {
-            let neutral = State::neutral(&slab.gas);
+            let neutral = GasState::neutral(&slab.gas);
             slab.take(slab.part(slab.beam.radius_cm, rest_cm), &neutral, self.quantities);
             let dark = opacity(self.kind, &slab.gas, &neutral);
             slab.depths.iter_mut().zip(dark).for_each(|(sum, opacity)| *sum += opacity * rest_cm);

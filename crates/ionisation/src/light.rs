@@ -91,7 +91,7 @@ pub const OWN_NODES: usize = OWN.len();
 
 /// A node that is being made: its energy, samples of its band with its Lagrange polynomial at each, and their shares in its
 /// photons.
-struct Node {
+struct BandNode {
     energy_ev: f64,
     samples: Vec<f64>,
     lagrange: Vec<f64>,
@@ -100,7 +100,7 @@ struct Node {
     thermal: Option<f64>,
 }
 
-impl Node {
+impl BandNode {
     /// The cross section of one of [`ABSORBERS`] \[cm²\], and that times the energy that an electron gets \[eV cm²\]. What
     /// weakens the light is what the node's own photons do; an electron's energy on top is not reckoned here.
     fn weakened_by(&self, (element, charge): (Element, usize)) -> (f64, f64) {
@@ -133,11 +133,11 @@ impl IonisingLight {
         let emitted = OWN.into_iter().map(|(begins, is_thermal)| {
             let energy_ev = begins + if is_thermal { KINETIC_EV } else { 0.0 };
             let thermal = is_thermal.then_some(begins);
-            Node { energy_ev, samples: vec![energy_ev], lagrange: vec![1.0], shares: vec![1.0], thermal }
+            BandNode { energy_ev, samples: vec![energy_ev], lagrange: vec![1.0], shares: vec![1.0], thermal }
         });
-        let mut nodes: Vec<Node> = emitted.collect();
+        let mut nodes: Vec<BandNode> = emitted.collect();
         let mut photons = vec![[0.0; NODES]; spectra.len()];
-        let bands: Vec<Band> = BANDS.into_iter().map(|band| Band::new(band, spectra)).collect();
+        let bands: Vec<NodeBand> = BANDS.into_iter().map(|band| NodeBand::new(band, spectra)).collect();
         let all: f64 = bands.iter().map(|band| band.photons).sum();
         // A band that hardly has a photon takes time alone.
         for band in bands.into_iter().filter(|band| band.photons > FAINTEST * all) {
@@ -160,7 +160,7 @@ impl IonisingLight {
         for (element, charge) in Element::METALS.into_iter().flat_map(|element| (0..element.charges()).map(move |charge| (element, charge)))
         {
             let ion = ion(element, charge);
-            let photons = |(place, node): (usize, &Node)| {
+            let photons = |(place, node): (usize, &BandNode)| {
                 let (sigma, heat) = node.mean_of((element, charge))?;
                 metals[place].push((ion, sigma));
                 Some(Absorption { node: place, sigma, heat })
@@ -224,14 +224,14 @@ impl IonisingLight {
 }
 
 /// A band of nodes: the Gauss rule in ln E of the photons of all spectra.
-struct Band {
-    nodes: Vec<Node>,
+struct NodeBand {
+    nodes: Vec<BandNode>,
     /// Photons of all spectra, and of each at the samples.
     photons: f64,
     masses: Vec<Vec<f64>>,
 }
 
-impl Band {
+impl NodeBand {
     fn new((low, high, count): (f64, f64, usize), spectra: &[Photons]) -> Self {
         let step = (high / low).ln() / SAMPLES as f64;
         let x: Vec<f64> = (0..SAMPLES).map(|i| low.ln() + (i as f64 + 0.5) * step).collect();
@@ -243,7 +243,7 @@ impl Band {
             let others: Vec<f64> = rule.iter().enumerate().filter(|(i, _)| *i != j).map(|(_, (other, _))| *other).collect();
             let lagrange: Vec<f64> = x.iter().map(|x| others.iter().map(|other| (x - other) / (emission - other)).product()).collect();
             let shares = lagrange.iter().zip(&mass).map(|(lagrange, m)| m * lagrange / photons).collect();
-            Node { energy_ev: emission.exp(), samples: x.iter().map(|x| x.exp()).collect(), lagrange, shares, thermal: None }
+            BandNode { energy_ev: emission.exp(), samples: x.iter().map(|x| x.exp()).collect(), lagrange, shares, thermal: None }
         };
         Self { nodes: rule.iter().enumerate().map(node).collect(), photons: mass.iter().sum(), masses }
     }

@@ -5,7 +5,7 @@
 use multiversion::multiversion;
 
 use crate::atoms::Element;
-use crate::balance::{Accuracy, Balance, Diffuse, Gas, Near, Photo, State, States, Thermostat};
+use crate::balance::{Accuracy, Balance, Diffuse, Gas, GasState, Near, Photo, States, Thermostat};
 use crate::coefficients::Coefficients;
 use crate::lanes::{LANES, Lanes};
 use crate::light::{ABSORBERS, ByNode, DETOUR, IONS, IonisingLight, NODES, OWN_NODES, ion};
@@ -29,7 +29,7 @@ pub struct Trial {
     /// Its mean cross section \[cm²\].
     pub area: f64,
     /// State of the gas.
-    pub state: State,
+    pub state: GasState,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
     pub emitted: [f64; OWN_NODES],
     /// Negative slope of heating over ln T, relative to cooling.
@@ -42,7 +42,7 @@ pub struct Trial {
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome {
     /// Its gas.
-    pub state: State,
+    pub state: GasState,
     /// Photons that this makes \[cm⁻³ s⁻¹\].
     pub emitted: [f64; OWN_NODES],
     /// Negative slope of heating over ln T, relative to cooling.
@@ -281,11 +281,11 @@ fn together(packet: &mut Packet) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::beam::{Beam, Step};
+    use crate::beam::{Beam, BeamStep};
     use crate::benchmarks::BENCHMARKS;
 
     /// Three parsecs of a beam's steps in a lane, while other lanes have gas of other densities, or nothing.
-    fn steps(lane: usize, others: &[usize], light: &IonisingLight) -> Vec<Step> {
+    fn steps(lane: usize, others: &[usize], light: &IonisingLight) -> Vec<BeamStep> {
         let accuracy = Accuracy::FAST;
         let mut packet = Packet::new(light, Diffuse::Outward, &accuracy, BENCHMARKS[0].gas);
         let mut beams: Vec<Beam> = (0..LANES).map(|_| Beam::new(light, &accuracy, 0.01, 3e18)).collect();
@@ -318,7 +318,7 @@ mod tests {
         for (a, b) in alone.iter().zip(&beside) {
             assert!(a.state == b.state && a.depths == b.depths && a.thickness_cm == b.thickness_cm, "{a:?} {b:?}");
         }
-        let differs = |a: &Step, b: &Step| a.state != b.state;
+        let differs = |a: &BeamStep, b: &BeamStep| a.state != b.state;
         assert!(differs(&alone[0], &alone[80]), "gas is the same everywhere");
     }
 }

@@ -27,7 +27,7 @@ const FAR: f64 = 5.0;
 const EXPECTED: usize = 4;
 
 /// Work that is watched; its units are voxels that one star's beams have gone through.
-struct Work<'a> {
+struct StarPasses<'a> {
     watch: Watch<'a>,
     tracer: Option<&'a dyn RayTracer>,
     done: AtomicU64,
@@ -35,7 +35,7 @@ struct Work<'a> {
     is_stopped: AtomicBool,
 }
 
-impl Work<'_> {
+impl StarPasses<'_> {
     /// Adds what is done, which is no more than some limit, and says whether the work is to go on.
     fn add(&self, done: u64, limit: u64) -> bool {
         let done = (self.done.fetch_add(done, Ordering::Relaxed) + done).min(limit);
@@ -84,7 +84,7 @@ impl Cloud<'_> {
         self.check(stars, settings, quantities.len())?;
         let levels = std::iter::successors(Some(self.dims), |dims| halved(*dims).filter(|_| stars.len() > 1));
         let all = levels.map(|dims| level(dims, stars.len())).sum();
-        let work = Work { watch, tracer, done: AtomicU64::new(0), all, is_stopped: AtomicBool::new(false) };
+        let work = StarPasses { watch, tracer, done: AtomicU64::new(0), all, is_stopped: AtomicBool::new(false) };
         let ionised = match stars {
             [] => {
                 let quantities = quantities.iter().map(|_| vec![0.0; self.hydrogen.len()]).collect();
@@ -106,7 +106,7 @@ impl Cloud<'_> {
     }
 
     /// Result with one star.
-    fn of_one(&self, star: &Star, settings: &Settings, quantities: &[Quantity], work: &Work) -> Result<Ionised, IonisationError> {
+    fn of_one(&self, star: &Star, settings: &Settings, quantities: &[Quantity], work: &StarPasses) -> Result<Ionised, IonisationError> {
         let tally = Tally::new(self.hydrogen.len(), (self.voxel * PARSEC_CM).element_product(), quantities);
         let follow = Follow { rays: Rays { cloud: self, place: star.place }, light: star.light, settings, tally: &tally };
         let listener = |done: u64| work.add(done, work.all);
@@ -124,7 +124,7 @@ impl Cloud<'_> {
         stars: &[Star],
         settings: &Settings,
         quantities: &[Quantity],
-        work: &Work,
+        work: &StarPasses,
     ) -> Result<(Ionised, Before), IonisationError> {
         let kind = stars[0].light;
         let task = Task { cloud: self, stars, used_up: settings.accuracy.used_up, dark: dark(self, settings, kind) };
@@ -168,7 +168,7 @@ impl Cloud<'_> {
 
     /// State before the first pass: what the stars have made of a cloud of half as many voxels along each edge, where
     /// there are enough.
-    fn before(&self, stars: &[Star], settings: &Settings, work: &Work) -> Result<Option<Before>, IonisationError> {
+    fn before(&self, stars: &[Star], settings: &Settings, work: &StarPasses) -> Result<Option<Before>, IonisationError> {
         let Some(dims) = halved(self.dims) else { return Ok(None) };
         let (_, hydrogen) = block_means(self.dims, self.hydrogen, 2);
         let coarse = Cloud { dims, voxel: 2.0 * self.voxel, hydrogen: &hydrogen, ..self.clone() };

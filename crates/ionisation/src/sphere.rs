@@ -3,9 +3,9 @@
 use spectra::constants::SPHERE;
 
 use crate::atoms::{Atoms, Element, LineTable};
-use crate::balance::{Accuracy, Diffuse, Gas, State};
-use crate::beam::{Beam, Step};
-use crate::emitted::{EmittedLight, Source};
+use crate::balance::{Accuracy, Diffuse, Gas, GasState};
+use crate::beam::{Beam, BeamStep};
+use crate::emitted::{EmittedLight, ShellSource};
 use crate::known::opacity;
 use crate::light::{ByNode, IonisingLight, OWN_NODES};
 use crate::packet::Packet;
@@ -16,7 +16,7 @@ pub struct Sphere {
     /// Composition.
     pub gas: Gas,
     /// From the inside outward.
-    pub shells: Vec<Step>,
+    pub shells: Vec<BeamStep>,
     /// Photons that left the cloud, by node \[s⁻¹\].
     pub left: ByNode,
 }
@@ -58,9 +58,9 @@ impl Sphere {
     pub fn own_light(&self, light: &IonisingLight) -> EmittedLight {
         let mut edges: Vec<f64> = self.shells.iter().map(|shell| shell.inner_cm).collect();
         edges.extend(self.shells.last().map(|shell| shell.inner_cm + shell.thickness_cm));
-        let shell_sum = |shell: &Step| {
+        let shell_sum = |shell: &BeamStep| {
             let opacity = opacity(light, &self.gas, &shell.state);
-            std::array::from_fn(|node| Source { made: shell.emitted[node], opacity: opacity[node] })
+            std::array::from_fn(|node| ShellSource { made: shell.emitted[node], opacity: opacity[node] })
         };
         EmittedLight::new(&edges, &self.shells.iter().map(shell_sum).collect::<Vec<_>>())
     }
@@ -95,7 +95,7 @@ impl Sphere {
     }
 
     /// Σ over the cloud of a density of the state \[that times cm³\].
-    pub fn sum(&self, value: impl Fn(&State) -> f64) -> f64 {
+    pub fn sum(&self, value: impl Fn(&GasState) -> f64) -> f64 {
         self.shells.iter().map(|shell| shell.volume(SPHERE) * value(&shell.state)).sum()
     }
 
@@ -111,7 +111,7 @@ impl Sphere {
 
     /// The temperature weighted by n_p n_e \[K\].
     pub fn temperature(&self) -> f64 {
-        let weight = |s: &State| s.pairs(&self.gas);
+        let weight = |s: &GasState| s.pairs(&self.gas);
         self.sum(|s| weight(s) * s.temperature) / self.sum(weight)
     }
 
@@ -124,11 +124,11 @@ impl Sphere {
 
     /// The radius at which an ion's part of its element is a half for the last time \[cm\].
     pub fn front_cm(&self, element: Element, charge: usize) -> Option<f64> {
-        let part = |shell: &Step| shell.state.fractions[element as usize][charge];
+        let part = |shell: &BeamStep| shell.state.fractions[element as usize][charge];
         self.shells.windows(2).rev().find_map(|pair| {
             let (a, b) = (part(&pair[0]), part(&pair[1]));
             ((a - 0.5) * (b - 0.5) <= 0.0 && a != b).then(|| {
-                let middle = |shell: &Step| shell.inner_cm + 0.5 * shell.thickness_cm;
+                let middle = |shell: &BeamStep| shell.inner_cm + 0.5 * shell.thickness_cm;
                 middle(&pair[0]) + (a - 0.5) / (a - b) * (middle(&pair[1]) - middle(&pair[0]))
             })
         })

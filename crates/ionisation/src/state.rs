@@ -31,7 +31,7 @@ impl Gas {
 
 /// Gas that is in balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
+pub struct GasState {
     /// The temperature of electrons \[K\].
     pub temperature: f64,
     /// Their density \[cm⁻³\].
@@ -40,7 +40,7 @@ pub struct State {
     pub fractions: [[f64; STAGES]; ELEMENTS],
 }
 
-impl State {
+impl GasState {
     /// Gas without light.
     pub fn neutral(gas: &Gas) -> Self {
         let mut fractions = [[0.0; STAGES]; ELEMENTS];
@@ -79,16 +79,16 @@ pub struct States {
 impl Default for States {
     fn default() -> Self {
         let mut states = Self { temperature: Lanes::splat(COLDEST), electrons: Lanes::ONE, fractions: [Lanes::ZERO; IONS] };
-        (0..LANES).for_each(|lane| states.put(lane, &State::neutral(&Gas::new(1.0, [1.0; ELEMENTS]))));
+        (0..LANES).for_each(|lane| states.put(lane, &GasState::neutral(&Gas::new(1.0, [1.0; ELEMENTS]))));
         states
     }
 }
 
 impl States {
     /// The gas of one beam.
-    pub fn get(&self, lane: usize) -> State {
+    pub fn get(&self, lane: usize) -> GasState {
         let fraction = |element: usize, charge: usize| self.fractions[element * STAGES + charge][lane];
-        State {
+        GasState {
             temperature: self.temperature[lane],
             electrons: self.electrons[lane],
             fractions: std::array::from_fn(|element| std::array::from_fn(|charge| fraction(element, charge))),
@@ -96,7 +96,7 @@ impl States {
     }
 
     /// Gives a beam its gas.
-    pub fn put(&mut self, lane: usize, state: &State) {
+    pub fn put(&mut self, lane: usize, state: &GasState) {
         (self.temperature[lane], self.electrons[lane]) = (state.temperature, state.electrons);
         self.fractions.iter_mut().zip(state.fractions.iter().flatten()).for_each(|(fraction, part)| fraction[lane] = *part);
     }

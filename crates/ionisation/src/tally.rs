@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::balance::{Gas, State};
+use crate::balance::{Gas, GasState};
 
 /// Units of a sum for the most that it may be in a voxel: a thousand times as much is still counted.
 const UNITS: f64 = (1u64 << 54) as f64;
@@ -14,12 +14,12 @@ pub struct Quantity<'a> {
     /// The most that it can be: what is more counts as that.
     pub most: f64,
     /// Value for a gas and its state.
-    pub value: &'a (dyn Fn(&Gas, &State) -> f64 + Sync),
+    pub value: &'a (dyn Fn(&Gas, &GasState) -> f64 + Sync),
 }
 
 impl Quantity<'_> {
     /// Quantity of a gas, relative to its maximum.
-    pub(crate) fn part(&self, gas: &Gas, state: &State) -> f64 {
+    pub(crate) fn part(&self, gas: &Gas, state: &GasState) -> f64 {
         ((self.value)(gas, state) / self.most).clamp(0.0, 1.0)
     }
 }
@@ -37,7 +37,7 @@ pub struct Tally<'a> {
     steps: AtomicU64,
     unsettled: AtomicU64,
     /// The part of the star's photons that stayed in the cloud.
-    pub cache: Kept,
+    pub cache: AbsorbedShare,
 }
 
 /// Statistics of a voxel along a beam: a part of its volume, and sums by quantity in parts of their most.
@@ -48,9 +48,9 @@ pub struct Seen {
 
 /// The part of a star's photons that stays in a cloud.
 #[derive(Default)]
-pub struct Kept(AtomicU64);
+pub struct AbsorbedShare(AtomicU64);
 
-impl Kept {
+impl AbsorbedShare {
     /// Adds a part of them.
     pub fn add(&self, part: f64) {
         self.0.fetch_add(unit(part), Ordering::Relaxed);
@@ -86,7 +86,7 @@ impl<'a> Tally<'a> {
             voxel_volume,
             steps: AtomicU64::new(0),
             unsettled: AtomicU64::new(0),
-            cache: Kept::default(),
+            cache: AbsorbedShare::default(),
         }
     }
 
@@ -96,7 +96,7 @@ impl<'a> Tally<'a> {
     }
 
     /// Has a beam see gas in a volume \[cm³\].
-    pub fn see(&self, seen: &mut Seen, volume: f64, gas: &Gas, state: &State) {
+    pub fn see(&self, seen: &mut Seen, volume: f64, gas: &Gas, state: &GasState) {
         let part = volume / self.voxel_volume;
         seen.part += part;
         for (quantity, sum) in self.quantities.iter().zip(&mut seen.values) {

@@ -11,7 +11,7 @@ use crate::lit::{Entering, Lit};
 use crate::nodes::Nodes;
 use crate::patch::Patch;
 use crate::rays::{BEYOND, Rays};
-use crate::tally::Kept;
+use crate::tally::AbsorbedShare;
 use crate::tracer::{Failure, Light, Listener, Task, Turns};
 use crate::voxel::{ByStar, Crossing, Voxel, cross};
 
@@ -70,7 +70,7 @@ struct Transport<'a> {
     /// Sums of the star's light in voxels.
     lit: &'a Lit,
     /// Fraction of the star's photons that stays in the cloud.
-    cache: Kept,
+    cache: AbsorbedShare,
     /// The star's photons in a steradian \[s⁻¹ sr⁻¹\], and by node in parts of all.
     photons: f64,
     parts: Nodes,
@@ -82,7 +82,7 @@ struct Transport<'a> {
 
 /// Photons of a patch on their way.
 #[derive(Clone, Copy)]
-struct Ray {
+struct PhotonRay {
     patch: Patch,
     photons: Nodes,
     /// Distance covered \[pc\], and the last voxel that all of them entered.
@@ -102,12 +102,25 @@ impl<'a> Transport<'a> {
         let widest = rays.widest_cross_section();
         let widest_cm2 = (rays.cloud.voxel * PARSEC_CM).element_product().cbrt().powi(2) * widest;
         let (by, dark, used_up) = (ByStar::new(light), Nodes::of(&task.dark, 1.0), task.used_up as f32);
-        Self { rays, by, used_up, voxels, dark, others, lit, cache: Kept::default(), photons: all / SPHERE, parts, widest_cm2, widest }
+        Self {
+            rays,
+            by,
+            used_up,
+            voxels,
+            dark,
+            others,
+            lit,
+            cache: AbsorbedShare::default(),
+            photons: all / SPHERE,
+            parts,
+            widest_cm2,
+            widest,
+        }
     }
 
     /// Has the light of a patch go its way.
     fn send(&self, patch: Patch) {
-        let mut waiting = vec![Ray { patch, photons: self.parts, at: 0.0, met: None }];
+        let mut waiting = vec![PhotonRay { patch, photons: self.parts, at: 0.0, met: None }];
         while let Some(ray) = waiting.pop() {
             follow(self, ray, &mut waiting);
         }
@@ -116,7 +129,7 @@ impl<'a> Transport<'a> {
 
 /// Follows a ray up to where it parts or ends.
 #[multiversion(targets = "simd")]
-fn follow(transport: &Transport, mut ray: Ray, waiting: &mut Vec<Ray>) {
+fn follow(transport: &Transport, mut ray: PhotonRay, waiting: &mut Vec<PhotonRay>) {
     let Transport { rays, by, used_up, voxels, others, lit, cache, .. } = transport;
     let (direction, solid_angle) = (ray.patch.direction(), ray.patch.solid_angle());
     let all = (transport.parts * by.ionises).sum();
@@ -131,7 +144,7 @@ fn follow(transport: &Transport, mut ray: Ray, waiting: &mut Vec<Ray>) {
     while way.at < far * (1.0 - 1e-12) {
         if dark.is_none() {
             if way.at > widest {
-                return waiting.extend(ray.patch.parts().map(|patch| Ray { patch, at: way.at, ..ray }));
+                return waiting.extend(ray.patch.parts().map(|patch| PhotonRay { patch, at: way.at, ..ray }));
             }
             if left <= used_up {
                 dark = Some(way.at);

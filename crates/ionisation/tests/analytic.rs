@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use ionisation::atoms::{Atoms, ELEMENTS, Element, photons_of_helium};
-use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::balance::{Diffuse, Gas, GasState};
 use ionisation::lanes::Lanes;
 use ionisation::light::IonisingLight;
 use ionisation::sphere::Sphere;
@@ -63,7 +63,7 @@ fn recombinations_are_as_many_as_photons() {
     for diffuse in [Diffuse::OnTheSpot, Diffuse::Outward] {
         let sphere = Sphere::new(gas, &light, diffuse, [0.1 * PARSEC_CM, 100.0 * PARSEC_CM]);
         let atoms = Atoms::get();
-        let ions = |state: &State, element: Element, charge| state.electrons * state.density(&gas, element, charge);
+        let ions = |state: &GasState, element: Element, charge| state.electrons * state.density(&gas, element, charge);
         // Each recombination to an excited level of helium gives hydrogen most of a photon back.
         let of_hydrogen = sphere.sum(|s| ions(s, Element::Hydrogen, 1) * case_b());
         let of_helium = sphere.sum(|s| {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use ionisation::atoms::{Atoms, BOLTZMANN_EV, LineTable};
-use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::balance::{Diffuse, Gas, GasState};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star};
 use ionisation::error::IonisationError;
@@ -14,7 +14,7 @@ use ionisation::sphere::Sphere;
 
 const PARSEC_CM: f64 = 3.085_677_581e18;
 
-fn line(label: &'static str) -> impl Fn(&Gas, &State) -> f64 + Sync {
+fn line(label: &'static str) -> impl Fn(&Gas, &GasState) -> f64 + Sync {
     let atoms = Atoms::get();
     let found = |table: &'static LineTable| table.lines.iter().find(|line| line.label == label).map(|line| (table, line));
     let (table, line) = found(&atoms.collisional).or_else(|| found(&atoms.recombination)).unwrap();
@@ -51,7 +51,7 @@ fn hii40() {
     let cloud = cube(&hydrogen, edge, half);
     let labels = ["Ba4-2", "[OIII]5007", "[NII]6584", "[OII]3726", "[SII]6716", "[OI]6300"];
     let lines = labels.map(line);
-    let electrons = |_: &Gas, state: &State| state.electrons;
+    let electrons = |_: &Gas, state: &GasState| state.electrons;
     let mut quantities: Vec<Quantity> = lines.iter().map(|value| Quantity { most: 1e-18, value }).collect();
     quantities.push(Quantity { most: 130.0, value: &electrons });
     let found =
@@ -91,7 +91,7 @@ fn shadows_are_sharp() {
         })
         .collect();
     let cloud = cube(&hydrogen, edge, half);
-    let electrons = |_: &Gas, state: &State| state.electrons;
+    let electrons = |_: &Gas, state: &GasState| state.electrons;
     let place = DVec3::new(0.0, 0.0, -3.0);
     let (whole, part) = (Star { place, light: &light }, Star { place, light: &half_light });
     for stars in [&[whole][..], &[part, part]] {
@@ -126,7 +126,7 @@ fn clouds_of_all_kinds() {
     let solved = |hydrogen: f32, light: &IonisingLight, star: DVec3| {
         let hydrogen = vec![hydrogen; 512];
         let cloud = Cloud { dust_cm2: 1e-21, ..cube(&hydrogen, 8, 1.0) };
-        let part = |_: &Gas, state: &State| state.fractions[0][1];
+        let part = |_: &Gas, state: &GasState| state.fractions[0][1];
         let star = Star { place: star, light };
         let found = cloud.ionised(&[star], &Settings::default(), &[Quantity { most: 1.0, value: &part }], &|_, _| true).unwrap().quantities;
         assert!(found[0].iter().all(|v| (0.0..=1.0001).contains(v)), "{hydrogen:?}");
@@ -156,7 +156,7 @@ fn several_stars() {
     let hydrogen = vec![200.0; edge * edge * edge];
     let cloud = cube(&hydrogen, edge, 2.0);
     let photons = |temperature: f64, factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * temperature)).exp_m1();
-    let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
+    let ions = |gas: &Gas, state: &GasState| gas.hydrogen * state.fractions[0][1];
     let solved =
         |stars: &[Star]| cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }], &|_, _| true).unwrap();
     let all = |found: &Ionised| found.quantities[0].iter().map(|n| f64::from(*n)).sum::<f64>();
@@ -198,7 +198,7 @@ fn work_is_heard_of_and_stopped() {
         IonisingLight::several(&[&photons, &photons]).into_iter().map(|light| light.scaled(0.5 * scale)).collect();
     let one = IonisingLight::new(photons).scaled(scale);
     let pair: Vec<Star> = halves.iter().map(|light| Star { place: DVec3::ZERO, light }).collect();
-    let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
+    let ions = |gas: &Gas, state: &GasState| gas.hydrogen * state.fractions[0][1];
     let solved = |stars: &[Star], heard: &(dyn Fn(u64, u64) -> bool + Sync)| {
         cloud.ionised(stars, &Settings::default(), &[Quantity { most: 250.0, value: &ions }], heard)
     };
@@ -264,7 +264,7 @@ fn bad_clouds_are_refused() {
 #[test]
 fn several_stars_in_voxels_of_all_shapes() {
     let photons = |factor: f64| move |e: f64| factor * e * e / (e / (BOLTZMANN_EV * 40_000.0)).exp_m1();
-    let ions = |gas: &Gas, state: &State| gas.hydrogen * state.fractions[0][1];
+    let ions = |gas: &Gas, state: &GasState| gas.hydrogen * state.fractions[0][1];
     let solved = |cloud: &Cloud, place: DVec3, all: f64| {
         let unit = all / IonisingLight::new(photons(1.0)).ionising();
         let one = IonisingLight::new(photons(unit));

@@ -3,13 +3,13 @@
 
 use ionisation::atoms::Element;
 use ionisation::balance::{Accuracy, Diffuse};
-use ionisation::benchmarks::{BENCHMARKS, Row};
+use ionisation::benchmarks::{BENCHMARKS, BenchmarkRow};
 
 /// Tolerance of a line beyond the range of the published codes \[1\].
 const WIDER: f64 = 0.1;
 
 /// The lines that lie outside; everything else is asked to be within the codes' own range, Hβ within 3 % of their median.
-fn outside(rows: &[Row], temperature: f64) -> Vec<&'static str> {
+fn outside(rows: &[BenchmarkRow], temperature: f64) -> Vec<&'static str> {
     let mut outside = Vec::new();
     for row in rows {
         let [low, high] = row.range();
@@ -60,7 +60,7 @@ fn planetary_nebulae() {
         (BENCHMARKS[3], &["[S II] 6716+6731"]),
     ] {
         let rows = benchmark.rows(&benchmark.isotropic(&Accuracy::REFERENCE));
-        let is_line = |row: &&Row| !["L(Hb)", "T", "R", "<He+>/<H+>"].contains(&row.quantity.split(' ').next().unwrap());
+        let is_line = |row: &&BenchmarkRow| !["L(Hb)", "T", "R", "<He+>/<H+>"].contains(&row.quantity.split(' ').next().unwrap());
         for row in &rows {
             println!("{} {:24} {:.4} {:?}", benchmark.name, row.quantity, row.found, row.range());
             assert!(is_line(&row) || row.is_within(0.0), "{row:?}");

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use barnard::data::{Array, Choose, DataSource, Layout, Numbers, Shared, TextTable};
+use barnard::data::{Array, ArrayHeader, Choose, DataSource, Numbers, Shared, TextTable};
 use barnard::{Error, Result, memory};
 use barnard_files::SceneFiles;
 use barnard_files::formats::part_of;
@@ -47,7 +47,7 @@ fn locked<T: Element + Send + Sync + 'static>(array: &Bound<PyArray3<T>>) -> PyR
 
 /// An array that a scene can name.
 #[derive(Debug, Clone)]
-struct Named {
+struct NamedArray {
     /// Name in messages.
     label: String,
     shape: [usize; 3],
@@ -58,7 +58,7 @@ struct Named {
 /// Arrays by name, and files of a folder for all other names.
 #[derive(Debug)]
 pub struct Arrays {
-    named: Mutex<HashMap<String, Named>>,
+    named: Mutex<HashMap<String, NamedArray>>,
     files: Arc<SceneFiles>,
 }
 
@@ -79,7 +79,7 @@ impl Arrays {
             return Err(PyTypeError::new_err(format!("{label}: a field is an array of three axes of float32 or float64")));
         };
         let shape = [shape[0], shape[1], shape[2]];
-        self.named.lock().unwrap_or_else(PoisonError::into_inner).insert(name, Named { label, shape, fortran, data });
+        self.named.lock().unwrap_or_else(PoisonError::into_inner).insert(name, NamedArray { label, shape, fortran, data });
         Ok(())
     }
 
@@ -88,7 +88,7 @@ impl Arrays {
         self.named.lock().unwrap_or_else(PoisonError::into_inner).retain(|name, _| names.contains(name));
     }
 
-    fn named(&self, name: &str) -> Option<Named> {
+    fn named(&self, name: &str) -> Option<NamedArray> {
         self.named.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned()
     }
 }
@@ -115,13 +115,13 @@ impl DataSource for Arrays {
     }
 
     fn array(&self, name: &str, member: Option<&str>, choose: Choose, memory_limit: u64) -> Result<Array> {
-        let Some(Named { label, shape, fortran, data }) = self.named(name) else {
+        let Some(NamedArray { label, shape, fortran, data }) = self.named(name) else {
             return self.files.array(name, member, choose, memory_limit);
         };
         if let Some(member) = member {
             return Err(Error::file(label, format!("is one array without a name; leave out array = \"{member}\"")));
         }
-        let part = choose(&Layout { shape, frame: None })?;
+        let part = choose(&ArrayHeader { shape, frame: None })?;
         if !part.is_whole(shape) {
             let data = part_of(&data, shape, fortran, &part, label.as_ref(), memory_limit)?;
             return Ok(Array { shape: part.shape(), data, fortran });

@@ -21,32 +21,32 @@ use crate::scene::{Owner, Scene};
 use crate::work;
 
 type Pair = (usize, usize);
-type Values<'py> = PyReadonlyArray1<'py, f32>;
+type BrickValues<'py> = PyReadonlyArray1<'py, f32>;
 /// Effect of bricks on rays: rows, columns, values, depths of sources.
 type PartialParts<'py> = (Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f64>>);
 /// Rays that are handed on: tier, rays along u and v, depths, entries.
 type HandedParts<'py> = (usize, Pair, Pair, Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>);
 
 /// Lowest and highest corner [pc].
-type Corners = ([f64; 3], [f64; 3]);
+type CellCorners = ([f64; 3], [f64; 3]);
 /// Depths of a brick's voxels, and the rays that are handed on.
-type Swept<'py> = (Option<Bound<'py, PyArray1<f32>>>, Vec<HandedParts<'py>>);
+type SweptParts<'py> = (Option<Bound<'py, PyArray1<f32>>>, Vec<HandedParts<'py>>);
 
 fn pair(range: &Range<usize>) -> Pair {
     (range.start, range.end)
 }
 
-fn corners(bounds: &Bounds) -> Corners {
+fn corners(bounds: &Bounds) -> CellCorners {
     (bounds.low.into(), bounds.high.into())
 }
 
-fn values(array: &Values) -> PyResult<Vec<f32>> {
+fn values(array: &BrickValues) -> PyResult<Vec<f32>> {
     Ok(array.as_slice()?.to_vec())
 }
 
 /// Effect of bricks on rays, as passed by Python.
 #[derive(FromPyObject)]
-pub struct GivenPartial<'py>(Pair, Pair, Values<'py>, PyReadonlyArray1<'py, f64>);
+pub struct GivenPartial<'py>(Pair, Pair, BrickValues<'py>, PyReadonlyArray1<'py, f64>);
 
 impl GivenPartial<'_> {
     fn taken(&self) -> PyResult<Partial> {
@@ -68,7 +68,7 @@ pub fn densities<'py>(
     py: Python<'py>,
     scene: &Scene,
     dims: [usize; 3],
-    bounds: Corners,
+    bounds: CellCorners,
     memory_limit: u64,
 ) -> PyResult<Vec<Bound<'py, PyArray1<f32>>>> {
     let grids = work::run(py, None, |control| {
@@ -80,7 +80,7 @@ pub fn densities<'py>(
 
 /// The lowest and the highest corner [pc] of the box outside of which the dust of a scene is zero.
 #[pyfunction]
-pub fn dust_bounds(scene: &Scene) -> Option<Corners> {
+pub fn dust_bounds(scene: &Scene) -> Option<CellCorners> {
     scene.0.dust.as_ref().map(|dust| corners(&dust.density.bounds()))
 }
 
@@ -103,7 +103,7 @@ impl Whole {
 
     /// The lowest and the highest corner of the box [pc].
     #[getter]
-    fn bounds(&self) -> Corners {
+    fn bounds(&self) -> CellCorners {
         corners(&self.whole.partition().lattice().bounds)
     }
 
@@ -128,11 +128,11 @@ impl Whole {
         &self,
         py: Python<'py>,
         place: [usize; 3],
-        dust: Option<Values<'py>>,
-        star_depths: Vec<Values<'py>>,
-        gas: Vec<Values<'py>>,
+        dust: Option<BrickValues<'py>>,
+        star_depths: Vec<BrickValues<'py>>,
+        gas: Vec<BrickValues<'py>>,
     ) -> PyResult<PartialParts<'py>> {
-        let all = |arrays: Vec<Values>| arrays.iter().map(values).collect::<PyResult<Vec<_>>>();
+        let all = |arrays: Vec<BrickValues>| arrays.iter().map(values).collect::<PyResult<Vec<_>>>();
         let fields = BrickFields { dust: dust.as_ref().map(values).transpose()?, star_depths: all(star_depths)?, gas: all(gas)? };
         Ok(given(py, work::run(py, None, |control| self.whole.march(place, fields, control))?))
     }
@@ -175,7 +175,7 @@ impl StarSweep {
 impl StarSweep {
     /// The sweeps from a star through `dims` voxels of a box, cut where bricks begin; places are in pc.
     #[new]
-    fn new(py: Python, dims: [usize; 3], bounds: Corners, cuts: [Vec<usize>; 3], star: [f64; 3]) -> PyResult<Self> {
+    fn new(py: Python, dims: [usize; 3], bounds: CellCorners, cuts: [Vec<usize>; 3], star: [f64; 3]) -> PyResult<Self> {
         let bounds = Bounds { low: DVec3::from_array(bounds.0), high: DVec3::from_array(bounds.1) };
         let partition = Partition::new(Lattice { dims, bounds }, cuts).map_err(|error| raised(py, error))?;
         let star = DVec3::from_array(star);
@@ -231,10 +231,10 @@ impl StarSweep {
         layer: usize,
         finds_entries: bool,
         place: [usize; 3],
-        dust: Values<'py>,
-        borders: [Option<Values<'py>>; 2],
-        carried: BTreeMap<usize, (Values<'py>, Values<'py>)>,
-    ) -> PyResult<Swept<'py>> {
+        dust: BrickValues<'py>,
+        borders: [Option<BrickValues<'py>>; 2],
+        carried: BTreeMap<usize, (BrickValues<'py>, BrickValues<'py>)>,
+    ) -> PyResult<SweptParts<'py>> {
         let layer = self.layer(layer).map_err(|error| raised(py, error))?;
         let pass = if finds_entries { Pass::Entries } else { Pass::Depths };
         let dust = values(&dust)?;

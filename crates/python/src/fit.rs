@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use barnard::control::Control;
 use barnard::plan::Options;
 use barnard_fit::solve::{Measured, Model, Prediction};
-use barnard_fit::{Assumed, Data, Images, Observation, Parameter, PixelData, Values, fit, narrowed, planes_of};
+use barnard_fit::{Assumed, Data, Images, Observation, Parameter, PixelData, PixelValues, fit, narrowed, planes_of};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -46,11 +46,11 @@ pub fn fit_pixels(
     mask: Option<PyReadonlyArray3<bool>>,
 ) -> PyResult<FitPixels> {
     let values = match (picture, values) {
-        (Some(picture), _) => Values::Planes(planes_of(&picture.image).map_err(|error| raised(py, error))?),
+        (Some(picture), _) => PixelValues::Planes(planes_of(&picture.image).map_err(|error| raised(py, error))?),
         (None, values) => {
             let values = values.ok_or_else(|| PyTypeError::new_err("a picture or an array"))?;
             let [bands, height, width] = [0, 1, 2].map(|axis| values.shape()[axis]);
-            Values::Array([bands, height, width], values.as_array().iter().copied().collect())
+            PixelValues::Array([bands, height, width], values.as_array().iter().copied().collect())
         }
     };
     let sigma = sigma.map(|array| array.as_array().iter().copied().collect());
@@ -71,7 +71,7 @@ pub fn free_keys(py: Python, text: &str) -> PyResult<Vec<FreeRow>> {
 
 /// Source of pixels.
 #[derive(FromPyObject)]
-pub enum Source<'py> {
+pub enum PixelSource<'py> {
     Pixels(PyRef<'py, FitPixels>),
     File(PathBuf),
 }
@@ -85,15 +85,15 @@ pub fn fit_model(
     table: &Bound<PyDict>,
     scene: Py<Scene>,
     free: Vec<FreeRow>,
-    images: Vec<(Source, Bound<PyDict>, (bool, bool))>,
+    images: Vec<(PixelSource, Bound<PyDict>, (bool, bool))>,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<FitModel> {
     let table = tree::table(table)?;
-    let observation = |(source, with, assumed): (Source, Bound<PyDict>, (bool, bool))| {
+    let observation = |(source, with, assumed): (PixelSource, Bound<PyDict>, (bool, bool))| {
         let (data, assumed) = match source {
-            Source::File(file) => (Data::File(file), Assumed { unit: assumed.0, place: assumed.1 }),
+            PixelSource::File(file) => (Data::File(file), Assumed { unit: assumed.0, place: assumed.1 }),
             // Whoever gives an array says that it is as the scene's pictures are.
-            Source::Pixels(pixels) => (Data::Pixels(pixels.0.clone()), Assumed { unit: true, place: true }),
+            PixelSource::Pixels(pixels) => (Data::Pixels(pixels.0.clone()), Assumed { unit: true, place: true }),
         };
         Ok(Observation { data, with: tree::table(&with)?, assumed })
     };

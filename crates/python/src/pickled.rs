@@ -24,13 +24,13 @@ const COMPUTED: [&str; 12] =
     ["dust", "gas", "emission", "star", "star_table", "background", "field", "detail", "animation", "sequence", "method", "bookmark"];
 
 /// A keyword: name, text, number, whole number, comment.
-type Words = (String, Option<String>, Option<f64>, Option<i64>, String);
+type KeywordState = (String, Option<String>, Option<f64>, Option<i64>, String);
 /// A band: name, pivot, width, how it counts, what its unit multiplies by, zero of its magnitudes, true for standard errors, keywords.
-type Described = (String, Option<f64>, Option<f64>, Option<String>, Option<f64>, Option<f64>, bool, Vec<Words>);
+type Described = (String, Option<f64>, Option<f64>, Option<String>, Option<f64>, Option<f64>, bool, Vec<KeywordState>);
 /// Channels: middle of the first, width, count, wavelength at rest, resolving power.
-type Channels = (f64, f64, usize, Option<f64>, Option<f64>);
+type BandScale = (f64, f64, usize, Option<f64>, Option<f64>);
 /// Columns of a palette, whether bands are balanced, black and white where they are numbers.
-type Shown = (Vec<[f64; 3]>, bool, Option<f64>, Option<f64>);
+type DisplayState = (Vec<[f64; 3]>, bool, Option<f64>, Option<f64>);
 /// A layer: name, number of its content, samples.
 type Layered<'py> = (String, usize, Bound<'py, PyAny>);
 
@@ -41,13 +41,13 @@ const SCALES: [fn(f64) -> PixelScale; 5] =
 /// All that a picture is.
 #[derive(IntoPyObject, FromPyObject)]
 #[pyo3(from_item_all)]
-struct State<'py> {
+struct ImageState<'py> {
     tree: Bound<'py, PyDict>,
     folder: Option<PathBuf>,
     limit: u64,
     size: (usize, usize),
     bands: Vec<Described>,
-    spectral: Option<Channels>,
+    spectral: Option<BandScale>,
     samples: Bound<'py, PyAny>,
     views: (usize, usize),
     pixel: Option<(usize, f64)>,
@@ -57,10 +57,10 @@ struct State<'py> {
     view: Option<[[[f64; 4]; 4]; 2]>,
     points: Vec<(f64, f64, Vec<f64>)>,
     moment: Option<(i64, f64, f64)>,
-    report: report::State,
+    report: report::ReportState,
     notes: Vec<(String, String)>,
-    keywords: Vec<Words>,
-    shown: Shown,
+    keywords: Vec<KeywordState>,
+    shown: DisplayState,
     layers: Vec<Layered<'py>>,
     warnings: Vec<String>,
 }
@@ -109,7 +109,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         let content = CONTENTS.iter().position(|content| *content == stated.content).unwrap_or_default();
         Ok((stated.name.clone(), content, flat(py, &stated.samples)))
     };
-    let state = State {
+    let state = ImageState {
         tree,
         folder: words.folder.as_ref().map(std::path::absolute).transpose()?,
         limit: words.limit,
@@ -125,7 +125,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         view: image.view.map(|view| [view.world_to_camera, view.world_to_screen]),
         points: image.points.iter().map(|point| (point.column, point.row, point.flux.clone())).collect(),
         moment: image.moment.map(|moment| (moment.frame, moment.time_s, moment.per_second)),
-        report: report::State::from(&image.report),
+        report: report::ReportState::from(&image.report),
         notes: image.notes.clone(),
         keywords: image.keywords.iter().map(words_of).collect(),
         shown: (display.palette.columns.clone(), display.balance, level(display.black), level(display.white)),
@@ -138,7 +138,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
 /// The picture of a state.
 #[pyfunction]
 pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
-    let state: State = state.extract()?;
+    let state: ImageState = state.extract()?;
     let reader = Reader::new(state.folder, state.limit);
     let scene: Owner = reader.read(py, &state.tree, "scene")?.0;
     let band = |(name, pivot_um, width_um, counting, times, zero, is_error, keywords): Described| {
@@ -191,7 +191,7 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
     Ok(Image { scene, image, options, warnings: state.warnings })
 }
 
-fn words_of(keyword: &Keyword) -> Words {
+fn words_of(keyword: &Keyword) -> KeywordState {
     let (text, number, whole) = match &keyword.value {
         Value::Text(text) => (Some(text.clone()), None, None),
         Value::Number(number) => (None, Some(*number), None),
@@ -200,7 +200,7 @@ fn words_of(keyword: &Keyword) -> Words {
     (keyword.name.to_owned(), text, number, whole, keyword.comment.to_owned())
 }
 
-fn keyword((name, text, number, whole, comment): Words) -> Keyword {
+fn keyword((name, text, number, whole, comment): KeywordState) -> Keyword {
     let value = match (text, number, whole) {
         (Some(text), ..) => Value::Text(text),
         (_, Some(number), _) => Value::Number(number),

@@ -13,32 +13,32 @@ pub fn facts<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDic
 }
 
 /// Steps: number of the kind, and the samples.
-type Steps = (usize, f64);
+type SteppingState = (usize, f64);
 /// Spatial error: steps, error, function samples, rays, stars.
-type Spatial = (Steps, f64, Option<(f64, usize)>, usize, Option<(f64, usize)>);
+type Spatial = (SteppingState, f64, Option<(f64, usize)>, usize, Option<(f64, usize)>);
 /// Light, error relative to F(0) and to F(a), depth.
-type Row = (String, f64, f64, f64);
+type CertificateState = (String, f64, f64, f64);
 
 /// Everything in a report.
 #[derive(IntoPyObject, FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct State {
+pub struct ReportState {
     backend: Option<String>,
     method: Option<String>,
     bounces: Option<usize>,
-    steps: Option<Steps>,
+    steps: Option<SteppingState>,
     accuracy: Option<f64>,
     depth: Option<f64>,
     detail: Option<(usize, f64)>,
     spatial: Option<Spatial>,
     scattering: Option<(f64, f64)>,
     paths: Option<(u64, u64, u64)>,
-    certificates: Vec<(String, Vec<Row>)>,
+    certificates: Vec<(String, Vec<CertificateState>)>,
     negative: u64,
     notes: Vec<(String, String)>,
 }
 
-fn steps(stepping: Stepping) -> Steps {
+fn steps(stepping: Stepping) -> SteppingState {
     match stepping {
         Stepping::PerVoxel(samples) => (0, samples),
         Stepping::Paired(segments) => (1, segments),
@@ -46,7 +46,7 @@ fn steps(stepping: Stepping) -> Steps {
     }
 }
 
-fn stepping((kind, samples): Steps) -> Stepping {
+fn stepping((kind, samples): SteppingState) -> Stepping {
     match kind {
         0 => Stepping::PerVoxel(samples),
         1 => Stepping::Paired(samples),
@@ -54,7 +54,7 @@ fn stepping((kind, samples): Steps) -> Stepping {
     }
 }
 
-impl From<&Report> for State {
+impl From<&Report> for ReportState {
     fn from(report: &Report) -> Self {
         let report = report.clone();
         let spatial = |error: SpatialError| {
@@ -80,8 +80,8 @@ impl From<&Report> for State {
     }
 }
 
-impl From<State> for Report {
-    fn from(state: State) -> Self {
+impl From<ReportState> for Report {
+    fn from(state: ReportState) -> Self {
         let spatial = |(steps, error, sampling, rays, stars): Spatial| SpatialError {
             stepping: stepping(steps),
             error,
@@ -89,8 +89,11 @@ impl From<State> for Report {
             rays,
             unresolved: stars.map(|(error, stars)| UnresolvedStars { error, stars }),
         };
-        let certificate = |(light, absolute, relative, depth): Row| (light, Certificate { absolute, relative, depth });
-        let band = |(band, lights): (String, Vec<Row>)| BandCertificates { band, lights: lights.into_iter().map(certificate).collect() };
+        let certificate = |(light, absolute, relative, depth): CertificateState| (light, Certificate { absolute, relative, depth });
+        let band = |(band, lights): (String, Vec<CertificateState>)| BandCertificates {
+            band,
+            lights: lights.into_iter().map(certificate).collect(),
+        };
         Self {
             backend: state.backend,
             method: state.method,

@@ -9,7 +9,7 @@ use spectra::passband::Passband;
 use spectra::units::{Luminosity, Temperature};
 
 use crate::camera::Camera;
-use crate::data::{Array, Choose, DataSource, Inputs, Layout, NoData, Numbers, TextTable};
+use crate::data::{Array, ArrayHeader, Choose, DataSource, Inputs, NoData, Numbers, TextTable};
 use crate::error::Result;
 use crate::field::{IntoField, Sphere};
 use crate::properties::{KeyRow, Section, Table, Type, Value};
@@ -59,7 +59,7 @@ pub fn dust(density: impl IntoField, law: &str, per_pc: f64) -> Dust {
 
 /// A black body of so many suns.
 pub fn star(kelvin: f64, suns: f64, position: DVec3) -> Star {
-    Star::blackbody(Temperature(kelvin), Luminosity::suns(suns)).at(position)
+    Star::blackbody(Temperature(kelvin), Luminosity::suns(suns)).with_position(position)
 }
 
 /// A scene seen through johnson-V along z, with functions sampled to `bake` voxels an edge.
@@ -70,7 +70,7 @@ pub fn scene(camera: Camera, bake: usize) -> SceneSpec {
 
 /// A camera on the z axis that looks at the origin.
 pub fn on_axis(distance_pc: f64, degrees: f64, size: (usize, usize)) -> Camera {
-    Camera::look_at(DVec3::new(0.0, 0.0, distance_pc), DVec3::ZERO).field_of_view_deg(degrees).size(size.0, size.1)
+    Camera::look_at(DVec3::new(0.0, 0.0, distance_pc), DVec3::ZERO).with_field_of_view_deg(degrees).with_size(size.0, size.1)
 }
 
 /// Files of tests: one table of text, one array of 4 × 4 × 4 ones.
@@ -88,7 +88,7 @@ impl DataSource for TestData {
         NoData.table(name, most_rows, limit)
     }
     fn array(&self, _: &str, _: Option<&str>, choose: Choose, _: u64) -> Result<Array> {
-        choose(&Layout { shape: [4; 3], frame: None })?;
+        choose(&ArrayHeader { shape: [4; 3], frame: None })?;
         Ok(Array { shape: [4; 3], data: Numbers::Single(vec![1.0; 64].into()), fortran: false })
     }
 }

@@ -109,7 +109,7 @@ pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) 
         return Err(SpectraError::unknown("ion", ion, &ions()));
     }
     let header = EMISSIVITIES.lines().find(|l| l.starts_with("ion,")).unwrap_or_default();
-    let grid = Grid::from_header("line emissivities", header.split(',').skip(3))?;
+    let grid = NebularGrid::from_header("line emissivities", header.split(',').skip(3))?;
     let weights = grid.weights(temperature, electrons)?;
     let lines = all
         .iter()
@@ -126,7 +126,7 @@ pub fn ion_lines(ion: &str, temperature: Temperature, electrons: NumberDensity) 
 pub fn recombination_continuum(temperature: Temperature, electrons: NumberDensity) -> Result<Spectrum> {
     let body = with_provenance("continuum", CONTINUUM)?;
     let header = body.lines().find(|l| l.starts_with("wavelength_nm,")).unwrap_or_default();
-    let grid = Grid::from_header("recombination continuum", header.split(',').skip(1))?;
+    let grid = NebularGrid::from_header("recombination continuum", header.split(',').skip(1))?;
     let weights = grid.weights(temperature, electrons)?;
     let rows = rows("continuum", body, 11)?;
     // Per ångström to per µm: 10⁴.
@@ -168,14 +168,14 @@ fn logarithmic_mean(weights: &[(usize, f64)], values: &[f64]) -> f64 {
 }
 
 /// Columns "T8000_n2": temperature and log₁₀ density of each.
-struct Grid {
+struct NebularGrid {
     what: &'static str,
     temperatures: Vec<f64>,
     log_densities: Vec<f64>,
     columns: Vec<(f64, f64)>,
 }
 
-impl Grid {
+impl NebularGrid {
     fn from_header<'a>(what: &'static str, names: impl Iterator<Item = &'a str>) -> Result<Self> {
         let parse = |name: &str| {
             let (t, n) = name.trim().strip_prefix('T')?.split_once("_n")?;

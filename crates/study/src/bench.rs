@@ -17,7 +17,7 @@ use crate::backends;
 
 /// One method's row of the table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct MethodRow {
     /// The name of the method.
     pub name: String,
     /// Exponentials a sample and star.
@@ -47,14 +47,14 @@ pub struct Bench<'a> {
 ///
 /// # Errors
 /// If the scene cannot be planned or rendered, and on interruption by the user.
-pub fn table(backend: &mut dyn Backend, scene: Scene, bench: &Bench, control: &Control, mut visit: impl FnMut(Row)) -> Result<()> {
+pub fn table(backend: &mut dyn Backend, scene: Scene, bench: &Bench, control: &Control, mut visit: impl FnMut(MethodRow)) -> Result<()> {
     // Errors are those of transport: functions are sampled first, the same for all.
     let scene = sample_functions(&scene, bench.options)?;
     let full = (scene.camera.width, scene.camera.height);
-    let small = scene.camera.clone().size(bench.error_size.max(1), bench.error_size.max(1));
+    let small = scene.camera.clone().with_size(bench.error_size.max(1), bench.error_size.max(1));
     let scene = scene.with_camera(small);
-    let truth = (bench.error_size > 0).then(|| Truth::new(&scene, control)).transpose()?;
-    let mut run = Run { backend, scene, bench, full, truth, control };
+    let truth = (bench.error_size > 0).then(|| BenchTruth::new(&scene, control)).transpose()?;
+    let mut run = MethodRun { backend, scene, bench, full, truth, control };
     let done = run.contest(&mut visit)?;
     if let Some((plan, error)) = &done.default {
         run.paths(*error).into_iter().for_each(&mut visit);
@@ -76,18 +76,18 @@ struct Contest {
 }
 
 /// One run that makes the table.
-struct Run<'a> {
+struct MethodRun<'a> {
     backend: &'a mut dyn Backend,
     /// The scene in the pixels on which errors are measured.
     scene: Scene,
     bench: &'a Bench<'a>,
     /// Pixels of the frames that are timed.
     full: (usize, usize),
-    truth: Option<Truth>,
+    truth: Option<BenchTruth>,
     control: &'a Control,
 }
 
-impl Run<'_> {
+impl MethodRun<'_> {
     fn plan(&self, method: Method) -> Result<Planned> {
         Planner::new(self.bench.options).plan(self.scene.clone().with_method(method), None, self.control)
     }
@@ -108,7 +108,7 @@ impl Run<'_> {
         Ok(Some(truth.error(&image)))
     }
 
-    fn time(&mut self, name: String, plan: &Planned, error: Option<f64>) -> Result<Row> {
+    fn time(&mut self, name: String, plan: &Planned, error: Option<f64>) -> Result<MethodRow> {
         let plan = self.full(plan);
         let job = Job::from(&plan);
         if let Some(device) = self.backend.device() {
@@ -125,11 +125,11 @@ impl Run<'_> {
                 Ok(device.map_or_else(|| processor_seconds() - before, |device| device.seconds().unwrap_or(f64::NAN)))
             })
         })?;
-        Ok(Row { name, terms: plan.spectral().terms(), seconds, device_seconds, error })
+        Ok(MethodRow { name, terms: plan.spectral().terms(), seconds, device_seconds, error })
     }
 
     /// Times every method in turn.
-    fn contest(&mut self, visit: &mut impl FnMut(Row)) -> Result<Contest> {
+    fn contest(&mut self, visit: &mut impl FnMut(MethodRow)) -> Result<Contest> {
         let mut contest = Contest { default: None, baseline: None };
         for (name, method) in contestants(&self.scene.method)? {
             if self.bench.methods.is_some_and(|asked| !asked.iter().any(|m| m == method.entry.name)) {
@@ -158,14 +158,14 @@ impl Run<'_> {
     }
 
     /// The row of what paths would take to reach the default's error.
-    fn paths(&self, error: Option<f64>) -> Option<Row> {
+    fn paths(&self, error: Option<f64>) -> Option<MethodRow> {
         let (error, measured) = (error?, (self.bench.error_size * self.bench.error_size) as f64);
         let seconds = self.truth.as_ref()?.seconds_to(error)? * (self.full.0 * self.full.1) as f64 / measured;
-        Some(Row { name: "path, to the default's error".into(), terms: 0, seconds, device_seconds: f64::NAN, error: Some(error) })
+        Some(MethodRow { name: "path, to the default's error".into(), terms: 0, seconds, device_seconds: f64::NAN, error: Some(error) })
     }
 
     /// Light that is scattered more than once, by the processor and by what the back end has.
-    fn bakes(&mut self, plan: &Planned, visit: &mut impl FnMut(Row)) -> Result<()> {
+    fn bakes(&mut self, plan: &Planned, visit: &mut impl FnMut(MethodRow)) -> Result<()> {
         let swept = plan.scattered_field().is_some() && plan.bounces() > 1;
         for sweeper in [None].into_iter().chain(self.backend.sweeper().map(Some)).filter(|_| swept) {
             let mut on: Arc<str> = "".into();
@@ -178,13 +178,13 @@ impl Run<'_> {
             // The kind of device, or all words where it gave up.
             let on = if on.starts_with("cpu (") { &on[..] } else { on.split(':').next().unwrap_or_default() };
             let name = format!("bake of many bounces, {on}");
-            visit(Row { name, terms: plan.spectral().terms(), seconds, device_seconds, error: None });
+            visit(MethodRow { name, terms: plan.spectral().terms(), seconds, device_seconds, error: None });
         }
         Ok(())
     }
 
     /// Times what an edit of a spectrum uploads, and the depths of a star that has moved, where a device keeps them.
-    fn edits(&mut self, plan: &Planned, visit: &mut impl FnMut(Row)) -> Result<()> {
+    fn edits(&mut self, plan: &Planned, visit: &mut impl FnMut(MethodRow)) -> Result<()> {
         let plan = self.full(plan);
         let job = Job::from(&plan);
         let Some(device) = self.backend.device() else { return Ok(()) };
@@ -192,7 +192,7 @@ impl Run<'_> {
         if device.fallback().is_some() {
             return Ok(());
         }
-        let row = |name: &str, (seconds, device_seconds)| Row { name: name.into(), terms: 0, seconds, device_seconds, error: None };
+        let row = |name: &str, (seconds, device_seconds)| MethodRow { name: name.into(), terms: 0, seconds, device_seconds, error: None };
         visit(row("upload after a spectrum edit", timed(self.bench.frames, || device.prepare(&job, self.control).map(|()| f64::NAN))?));
         if let Some(number) = plan.space().marched().first() {
             let place = plan.space().stars[*number];
@@ -209,7 +209,7 @@ impl Run<'_> {
     }
 
     /// The default at the error of the baseline.
-    fn matched(&mut self, baseline: f64, visit: &mut impl FnMut(Row)) -> Result<()> {
+    fn matched(&mut self, baseline: f64, visit: &mut impl FnMut(MethodRow)) -> Result<()> {
         let loose = loose(&self.scene.method)?;
         let name = loose.entry.name;
         let mut plan = self.plan(loose)?;
@@ -230,7 +230,7 @@ impl Run<'_> {
 }
 
 /// The picture that methods are held to.
-struct Truth {
+struct BenchTruth {
     image: Image,
     /// Relative rms of what chance has left in each band.
     noise: Vec<f64>,
@@ -241,7 +241,7 @@ struct Truth {
 /// Paths of each pixel, where they are the truth.
 const PATHS: u64 = 1024;
 
-impl Truth {
+impl BenchTruth {
     /// The truth by the reference, or by paths where light may scatter more than once.
     fn new(scene: &Scene, control: &Control) -> Result<Self> {
         let (bands, bounces) = (scene.bands.len(), scene.method.bounces);

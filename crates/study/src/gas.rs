@@ -6,7 +6,7 @@ use barnard::control::Control;
 use barnard::glam::DVec3;
 use barnard::scene::{GasCloud, IonisedGas};
 use ionisation::atoms::{Atoms, Element, EmissionLine, HYDROGEN_EV, LineTable};
-use ionisation::balance::{Accuracy, Gas, State};
+use ionisation::balance::{Accuracy, Gas, GasState};
 use ionisation::benchmarks::{BENCHMARKS, Found, labels};
 use ionisation::cloud::{PARSEC_CM, Quantity};
 use ionisation::error::IonisationError;
@@ -45,7 +45,7 @@ const IONS: [(Element, usize, &str); 8] = [
 /// If the gas cannot be solved, the user wished to stop, or a file cannot be written.
 pub fn write(name: &str, gas: &IonisedGas, folder: &Path, control: &Control) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| barnard::Error::file(folder, format!("the folder cannot be made: {e}")))?;
-    let run = Run::new(&gas.cloud, control)?;
+    let run = CloudRun::new(&gas.cloud, control)?;
     let (profile, warm) = run.profiles();
     let page = run.page(name, gas);
     let put = |name: &str, bytes: &[u8]| barnard_files::formats::replace(&folder.join(name), bytes);
@@ -60,7 +60,7 @@ pub fn write(name: &str, gas: &IonisedGas, folder: &Path, control: &Control) -> 
 }
 
 /// A cloud, and what was found of it.
-struct Run<'a> {
+struct CloudRun<'a> {
     cloud: &'a GasCloud,
     /// Mean position of its stars \[pc\].
     centre: DVec3,
@@ -73,7 +73,7 @@ struct Run<'a> {
     lines: Vec<(&'static EmissionLine, f64)>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> CloudRun<'a> {
     fn new(cloud: &'a GasCloud, control: &Control) -> Result<Self> {
         let densest = cloud.densest().max(1e-30);
         let most = cloud.electrons() * densest * densest;
@@ -96,11 +96,11 @@ impl<'a> Run<'a> {
         let runs = (1 + lines.len().div_ceil(together)) as f64;
         let fractions: Vec<_> = IONS
             .iter()
-            .map(|(element, charge, _)| move |gas: &Gas, state: &State| gas.hydrogen * state.fractions[*element as usize][*charge])
+            .map(|(element, charge, _)| move |gas: &Gas, state: &GasState| gas.hydrogen * state.fractions[*element as usize][*charge])
             .collect();
         let mut quantities: Vec<Quantity> = fractions.iter().map(|value| Quantity { most: densest, value }).collect();
-        let pairs = |gas: &Gas, state: &State| state.pairs(gas);
-        let warm = |gas: &Gas, state: &State| pairs(gas, state) * state.temperature;
+        let pairs = |gas: &Gas, state: &GasState| state.pairs(gas);
+        let warm = |gas: &Gas, state: &GasState| pairs(gas, state) * state.temperature;
         quantities.push(Quantity { most, value: &pairs });
         quantities.push(Quantity { most: 6e4 * most, value: &warm });
         let mut ions = solved(&quantities, &control.part(0.0, 1.0 / runs))?.quantities;
@@ -109,7 +109,7 @@ impl<'a> Run<'a> {
         let mut powers = Vec::new();
         for (run, lines) in lines.chunks(together).enumerate() {
             let functions: Vec<_> =
-                lines.iter().map(|(table, line)| move |gas: &Gas, state: &State| state.emission(gas, table, line)).collect();
+                lines.iter().map(|(table, line)| move |gas: &Gas, state: &GasState| state.emission(gas, table, line)).collect();
             let quantities: Vec<Quantity> =
                 lines.iter().zip(&functions).map(|((table, line), value)| Quantity { most: cloud.most(table, line), value }).collect();
             let share = |run: usize| (1 + run) as f64 / runs;
@@ -223,11 +223,33 @@ impl<'a> Run<'a> {
             let [(inner, a), (outer, b)] = [(pair[0].0, pair[0].1[0]), (pair[1].0, pair[1].1[0])];
             inner + (a - 0.5) / (a - b) * (outer - inner)
         });
-        let (beta, asked) = (self.line("Ba4-2"), labels());
+        let beta = self.line("Ba4-2");
         let mut text = format!("# Ionised gas of {name}\n\nWritten by `barnard gas`, version {}.\n\n", env!("CARGO_PKG_VERSION"));
         text += &format!("{nx} x {ny} x {nz} voxels of {:.4} pc.", self.cloud.lattice.voxel_pc().min_element());
         gas.notes().iter().for_each(|note| text += &format!(" {}.", capital(note)));
         text += "\n\n## Stars\n\n";
+        text += &self.stars(gas);
+        text += "## The whole\n\n";
+        let known = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
+        text += &table(
+            &["quantity", "value"],
+            &[
+                vec!["ionised hydrogen".into(), format!("{:.4e} Msun", ionised * PROTON_G / SUN_G)],
+                vec!["temperature, weighted by n_p n_e".into(), format!("{} K", known(gas.temperature, 0))],
+                vec!["density of electrons, weighted by n_p n_e".into(), format!("{} cm-3", known(gas.electrons, 1))],
+                vec!["He+/H+, each in parts of its element".into(), format!("{helium:.3}")],
+                vec!["half of the hydrogen is neutral, mean over directions, at".into(), format!("{} pc", known(front, 3))],
+                vec!["L(Hb)".into(), format!("{beta:.4e} erg s-1")],
+            ],
+        );
+        text += "![Ions](ions.svg)\n\n![Temperature](temperature.svg)\n\n![Maps](maps.png)\n\n## Lines\n\nPower in all directions, before any dust. Those above ";
+        text += &self.lines(beta);
+        text += &self.beside_benchmarks(helium, front, gas.temperature);
+        text
+    }
+
+    /// Table of the stars.
+    fn stars(&self, gas: &IonisedGas) -> String {
         let stars: Vec<Vec<String>> = self
             .cloud
             .stars
@@ -255,25 +277,16 @@ impl<'a> Run<'a> {
                 ]
             })
             .collect();
-        text += &table(
+        table(
             &["star", "place [pc]", "photons above 13.6 eV [s-1]", "their mean [eV]", "power in them [erg s-1]", "leave the cloud"],
             &stars,
-        );
-        text += "## The whole\n\n";
-        let known = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
-        text += &table(
-            &["quantity", "value"],
-            &[
-                vec!["ionised hydrogen".into(), format!("{:.4e} Msun", ionised * PROTON_G / SUN_G)],
-                vec!["temperature, weighted by n_p n_e".into(), format!("{} K", known(gas.temperature, 0))],
-                vec!["density of electrons, weighted by n_p n_e".into(), format!("{} cm-3", known(gas.electrons, 1))],
-                vec!["He+/H+, each in parts of its element".into(), format!("{helium:.3}")],
-                vec!["half of the hydrogen is neutral, mean over directions, at".into(), format!("{} pc", known(front, 3))],
-                vec!["L(Hb)".into(), format!("{beta:.4e} erg s-1")],
-            ],
-        );
-        text += "![Ions](ions.svg)\n\n![Temperature](temperature.svg)\n\n![Maps](maps.png)\n\n## Lines\n\nPower in all directions, before any dust. Those above ";
-        text += &format!("{FAINTEST} of Hb between {} and {} um, and those that benchmarks ask for.\n\n", VISIBLE.0, VISIBLE.1);
+        )
+    }
+
+    /// Table of the lines, beside Hβ of a power \[erg s⁻¹\].
+    fn lines(&self, beta: f64) -> String {
+        let asked = labels();
+        let mut text = format!("{FAINTEST} of Hb between {} and {} um, and those that benchmarks ask for.\n\n", VISIBLE.0, VISIBLE.1);
         let is_told = |(line, power): &&(&EmissionLine, f64)| *power > FAINTEST * beta || *power > 0.0 && asked.contains(&&*line.label);
         let mut lines: Vec<&(&EmissionLine, f64)> = self.lines.iter().filter(is_told).collect();
         lines.sort_by(|a, b| a.0.wavelength_um.total_cmp(&b.0.wavelength_um));
@@ -281,7 +294,6 @@ impl<'a> Run<'a> {
             vec![line.label.clone(), format!("{:.4}", line.wavelength_um), format!("{power:.3e}"), format!("{:.4}", power / beta)]
         };
         text += &table(&["line", "wavelength [um]", "power [erg s-1]", "beside Hb"], &lines.iter().map(line).collect::<Vec<_>>());
-        text += &self.beside_benchmarks(helium, front, gas.temperature);
         text
     }
 

@@ -5,7 +5,7 @@ use crate::document::Origin;
 use crate::edit::Edit;
 use crate::files::Purpose;
 use crate::flight::Flight;
-use crate::layout::Layout;
+use crate::layout::WindowLayout;
 use crate::probe::Probed;
 
 /// A request to the window.
@@ -52,7 +52,7 @@ pub enum Command {
     /// Makes camera keys of all bookmarks.
     KeysOfBookmarks,
     /// Opens and closes panels and marks.
-    Layout(Layout),
+    Layout(WindowLayout),
     /// Points at a place of the picture, in parts of its width and height, or at none.
     Point(Option<(f64, f64)>),
     /// Keeps the spectrum that the probe found.

@@ -18,7 +18,7 @@ use crate::picture::Picture;
 use crate::studio::Studio;
 
 /// An answer to an order.
-pub struct Frame {
+pub struct RenderedFrame {
     /// The number of the order.
     pub number: u64,
     /// The quality that the pictures have reached.
@@ -28,7 +28,7 @@ pub struct Frame {
 }
 
 #[derive(Default)]
-struct State {
+struct EngineState {
     order: Option<(u64, Order)>,
     number: u64,
     closed: bool,
@@ -37,16 +37,16 @@ struct State {
 }
 
 #[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
+struct EngineShared {
+    state: Mutex<EngineState>,
     wake: Condvar,
     gpu: OnceLock<Gpu>,
     /// Stops a first look when the window closes.
     closing: Control,
 }
 
-impl Shared {
-    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+impl EngineShared {
+    fn state(&self) -> std::sync::MutexGuard<'_, EngineState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -68,8 +68,8 @@ impl Shared {
 
 /// The worker and the way to it.
 pub struct Engine {
-    shared: Arc<Shared>,
-    frames: Receiver<Frame>,
+    shared: Arc<EngineShared>,
+    frames: Receiver<RenderedFrame>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -77,7 +77,7 @@ impl Engine {
     /// Starts the worker with a back end. `wake` is called whenever a frame is there.
     pub fn start(backend: BackendEntry, wake: impl Fn() + Send + 'static) -> Self {
         let (sender, frames) = channel();
-        let shared = Arc::<Shared>::default();
+        let shared = Arc::<EngineShared>::default();
         let of_thread = shared.clone();
         let thread = std::thread::spawn(move || work(backend, &of_thread, &sender, &wake));
         Self { shared, frames, thread: Some(thread) }
@@ -101,7 +101,7 @@ impl Engine {
     }
 
     /// The frames that have come since.
-    pub fn frames(&self) -> impl Iterator<Item = Frame> + '_ {
+    pub fn frames(&self) -> impl Iterator<Item = RenderedFrame> + '_ {
         self.frames.try_iter()
     }
 }
@@ -122,7 +122,7 @@ impl Drop for Engine {
     }
 }
 
-fn work(backend: BackendEntry, shared: &Shared, sender: &Sender<Frame>, wake: &dyn Fn()) {
+fn work(backend: BackendEntry, shared: &EngineShared, sender: &Sender<RenderedFrame>, wake: &dyn Fn()) {
     let mut studio = Studio::new(backend, shared.closing.clone());
     while let Some((number, order, control)) = shared.next() {
         if let Some(gpu) = shared.gpu.get() {
@@ -130,7 +130,7 @@ fn work(backend: BackendEntry, shared: &Shared, sender: &Sender<Frame>, wake: &d
         }
         let tell = |quality, pictures| {
             // Nobody listens any more once the window is gone.
-            let _ = sender.send(Frame { number, quality, pictures });
+            let _ = sender.send(RenderedFrame { number, quality, pictures });
             wake();
         };
         let serve = || studio.serve(&order, &control, &mut |quality, pictures| tell(quality, Ok(pictures)));

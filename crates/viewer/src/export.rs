@@ -15,7 +15,7 @@ use eframe::egui::{self, Context};
 
 /// The stage of an export, and how much of it is done.
 #[derive(Default)]
-struct Progress {
+struct ExportProgress {
     stage: AtomicU64,
     done: AtomicU64,
     all: AtomicU64,
@@ -34,7 +34,7 @@ pub struct Export {
     /// The path of the file.
     pub path: PathBuf,
     control: Control,
-    progress: Arc<Progress>,
+    progress: Arc<ExportProgress>,
     result: Receiver<barnard::Result<()>>,
 }
 
@@ -46,9 +46,9 @@ impl Export {
     pub fn start(scene: &Scene, path: &Path, size: (usize, usize), memory_limit: u64, ctx: &Context) -> barnard::Result<Self> {
         let writer = writer(path)?;
         check_writable(path)?;
-        let scene = scene.clone().with_camera(scene.camera.clone().size(size.0, size.1));
+        let scene = scene.clone().with_camera(scene.camera.clone().with_size(size.0, size.1));
         let scene = scene.for_files(writer.has_layers, writer.is_picture, memory_limit)?;
-        let progress = Arc::<Progress>::default();
+        let progress = Arc::<ExportProgress>::default();
         let (heard, repaint) = (progress.clone(), ctx.clone());
         let control = Control::with_listener(move |stage, done, all| {
             heard.stage.store(STAGES.iter().position(|s| s.0 == stage).unwrap_or(0) as u64, Ordering::Relaxed);

@@ -42,12 +42,12 @@ const MAX: usize = 2000;
 /// The dialog for files.
 #[derive(Default)]
 pub struct Files {
-    asked: Option<Asked>,
+    asked: Option<Question>,
     /// The folder of the last file.
     folder: Option<PathBuf>,
 }
 
-struct Asked {
+struct Question {
     purpose: Purpose,
     folder: PathBuf,
     name: String,
@@ -82,7 +82,7 @@ impl Files {
         };
         let camera = &document.scene().camera;
         let mut asked =
-            Asked { purpose, folder, name, size: (camera.width, camera.height), entries: Vec::new(), shown: false, replace: None };
+            Question { purpose, folder, name, size: (camera.width, camera.height), entries: Vec::new(), shown: false, replace: None };
         asked.look();
         self.asked = Some(asked);
     }
@@ -119,9 +119,9 @@ impl Files {
 }
 
 /// A file; nothing where the user gave up.
-type Answer = Option<PathBuf>;
+type ChosenFile = Option<PathBuf>;
 
-impl Asked {
+impl Question {
     /// Lists the folder: folders, then files that can be meant.
     fn look(&mut self) {
         let extensions = self.purpose.extensions();
@@ -135,7 +135,7 @@ impl Asked {
         self.entries = entries;
     }
 
-    fn browse(&mut self, ui: &mut Ui) -> Option<Answer> {
+    fn browse(&mut self, ui: &mut Ui) -> Option<ChosenFile> {
         let mut into = None;
         ui.horizontal(|ui| {
             if ui.button("Up").on_hover_text("the folder above").clicked() {
@@ -198,7 +198,7 @@ impl Asked {
     }
 
     /// The file that is named; a folder is gone into, a file that would be lost is asked about.
-    fn pick(&mut self) -> Option<Answer> {
+    fn pick(&mut self) -> Option<ChosenFile> {
         let mut path = self.folder.join(self.name.trim());
         if path.is_dir() {
             self.folder = path;
@@ -216,7 +216,7 @@ impl Asked {
         Some(Some(path))
     }
 
-    fn confirm(&mut self, ui: &mut Ui) -> Option<Answer> {
+    fn confirm(&mut self, ui: &mut Ui) -> Option<ChosenFile> {
         let path = self.replace.clone()?;
         ui.label(format!("{} is there already.", path.display()));
         let mut answer = None;

@@ -1,6 +1,6 @@
 //! Motion of the observer: around a place, across the view, towards it, and freely.
 
-use barnard::camera::panorama::Layout;
+use barnard::camera::panorama::PanoramaLayout;
 use barnard::camera::{Camera, Projection};
 use barnard::geometry::Bounds;
 use barnard::glam::{DQuat, DVec3};
@@ -124,7 +124,7 @@ impl Flight {
                 *half_width = (0.5 * (2.0 * half_width.atan() * factor).clamp(FIELD.0, FIELD.1)).tan();
             }
             Projection::Orthographic { half_width_pc } => *half_width_pc = (*half_width_pc * factor).clamp(REACH.0, REACH.1),
-            Projection::Panorama { layout: Layout::Dome { half_aperture, .. }, half_width } => {
+            Projection::Panorama { layout: PanoramaLayout::Dome { half_aperture, .. }, half_width } => {
                 let wider = (2.0 * *half_aperture * factor).clamp(FIELD.0, 2.0 * std::f64::consts::PI) / (2.0 * *half_aperture);
                 (*half_aperture, *half_width) = (wider * *half_aperture, wider * *half_width);
             }
@@ -188,7 +188,7 @@ impl Flight {
         match c.projection {
             Projection::Perspective { half_width } => keys.push(("field_of_view", angle(2.0 * half_width.atan()))),
             Projection::Orthographic { half_width_pc } => keys.push(("width", format!("{} pc", rounded(2.0 * half_width_pc, 6)).into())),
-            Projection::Panorama { layout: Layout::Dome { half_aperture, tilt }, .. } => {
+            Projection::Panorama { layout: PanoramaLayout::Dome { half_aperture, tilt }, .. } => {
                 keys.extend([("aperture", angle(2.0 * half_aperture)), ("tilt", angle(tilt))]);
             }
             Projection::Panorama { .. } => {}
@@ -202,9 +202,9 @@ impl Flight {
         let kind = match self.camera.projection {
             Projection::Perspective { .. } => "perspective",
             Projection::Orthographic { .. } => "orthographic",
-            Projection::Panorama { layout: Layout::Dome { .. }, .. } => "fisheye",
-            Projection::Panorama { layout: Layout::Sphere, .. } => "equirectangular",
-            Projection::Panorama { layout: Layout::Cube, .. } => "cubemap",
+            Projection::Panorama { layout: PanoramaLayout::Dome { .. }, .. } => "fisheye",
+            Projection::Panorama { layout: PanoramaLayout::Sphere, .. } => "equirectangular",
+            Projection::Panorama { layout: PanoramaLayout::Cube, .. } => "cubemap",
         };
         let keys = self.keys();
         let others = OF_KINDS.into_iter().filter(|name| keys.iter().all(|(known, _)| known != name)).map(|name| Edit::remove(table, name));

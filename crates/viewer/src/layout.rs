@@ -2,7 +2,7 @@
 
 /// Open panels, and marks over the picture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Layout {
+pub struct WindowLayout {
     /// Spectra and the scene, on the left.
     pub scene: bool,
     /// Picture, method and probe, on the right.
@@ -19,7 +19,7 @@ pub struct Layout {
     pub guide: Guide,
 }
 
-impl Default for Layout {
+impl Default for WindowLayout {
     fn default() -> Self {
         Self { scene: true, picture: true, timeline: false, help: false, logarithmic: false, overlay: false, guide: Guide::None }
     }
@@ -28,7 +28,7 @@ impl Default for Layout {
 /// The name under which the layout is stored.
 const KEY: &str = "layout";
 
-impl Layout {
+impl WindowLayout {
     /// The layout as it was when the last window closed.
     pub fn stored(storage: Option<&dyn eframe::Storage>) -> Self {
         let Some(text) = storage.and_then(|s| s.get_string(KEY)) else { return Self::default() };

@@ -53,7 +53,7 @@ impl Timings {
         }
         self.frames.push(now);
         let previews = std::mem::take(&mut self.previews);
-        if let Some(pace) = Pace::of(&previews) {
+        if let Some(pace) = EventPace::of(&previews) {
             return Some(format!("{} previews, {pace}", previews.len()));
         }
         if !look.settled {
@@ -61,21 +61,21 @@ impl Timings {
         }
         let frames = std::mem::take(&mut self.frames);
         let is_first = last.is_none_or(|last| !last.settled || last.moving);
-        let pace = Pace::of(&frames).filter(|_| is_first)?;
+        let pace = EventPace::of(&frames).filter(|_| is_first)?;
         let (width, height) = look.size;
         Some(format!("settled {width} x {height} {:.2} s after the last change, the window drawn {pace}", now - look.changed))
     }
 }
 
 /// Event counter.
-struct Pace {
+struct EventPace {
     /// Times a second, in the mean.
     rate: f64,
     /// The longest that it did not [s].
     longest: f64,
 }
 
-impl Pace {
+impl EventPace {
     /// The pace of what happened at these times; none of less than two.
     fn of(times: &[f64]) -> Option<Self> {
         let [first, .., last] = times else { return None };
@@ -84,7 +84,7 @@ impl Pace {
     }
 }
 
-impl std::fmt::Display for Pace {
+impl std::fmt::Display for EventPace {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         write!(f, "{:.1} times a second, {:.0} ms apart at most", self.rate, 1000.0 * self.longest)
     }

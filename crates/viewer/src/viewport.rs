@@ -8,7 +8,7 @@ use eframe::egui::{
 use crate::command::{Command, Commands};
 use crate::comparison::{Arrangement, With};
 use crate::edit::{Edit, place_text};
-use crate::layout::{Guide, Layout};
+use crate::layout::{Guide, WindowLayout};
 use crate::model::Model;
 use crate::order::AMPLIFIED;
 use crate::order::Refinement;
@@ -315,12 +315,12 @@ pub fn keys(ctx: &Context, hand: &mut Viewport, model: &Model, commands: &mut Co
         commands.push(Command::FrameAll);
     }
     if is_pressed(ctx, Modifiers::NONE, Key::M) {
-        commands.push(Command::Layout(Layout { overlay: !model.layout.overlay, ..model.layout.clone() }));
+        commands.push(Command::Layout(WindowLayout { overlay: !model.layout.overlay, ..model.layout.clone() }));
     }
     if is_pressed(ctx, Modifiers::NONE, Key::G) {
         let now = Guide::ALL.iter().position(|guide| *guide == model.layout.guide).unwrap_or(0);
         let guide = Guide::ALL[(now + 1) % Guide::ALL.len()];
-        commands.push(Command::Layout(Layout { guide, ..model.layout.clone() }));
+        commands.push(Command::Layout(WindowLayout { guide, ..model.layout.clone() }));
     }
     expose(ctx, commands);
     if is_pressed(ctx, Modifiers::NONE, Key::OpenBracket) {

@@ -15,7 +15,7 @@ use eframe::egui_wgpu::{RenderState, WgpuSetup};
 use crate::app::{App, first_look};
 use crate::document::{Document, Origin};
 use crate::engine::Engine;
-use crate::layout::Layout;
+use crate::layout::WindowLayout;
 use crate::session::Session;
 use crate::timings::Timings;
 
@@ -84,7 +84,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         let tracer = has_device.then(|| Arc::new(IonisingRays::once_asked()) as Arc<dyn RayTracer>);
         let mut app = App::new(document, engine, session, start.memory_limit);
         app.tracer = tracer;
-        app.model.layout = Layout::stored(creation.storage);
+        app.model.layout = WindowLayout::stored(creation.storage);
         app.timings = start.timings.then(|| Timings::since(began));
         words.into_iter().for_each(|words| app.model.tell(words));
         lent.err().into_iter().for_each(|error| app.model.complain(error));

@@ -3,7 +3,7 @@
 use spectra::passband::Passband;
 use spectra::sed::{MagnitudeSystem, zero_point};
 
-use crate::camera::panorama::Layout;
+use crate::camera::panorama::PanoramaLayout;
 use crate::camera::{Camera, Projection};
 use crate::image::{Band, Image, Plane, Report, Samples};
 use crate::keywords::{Keyword, integer, number, text};
@@ -70,7 +70,7 @@ pub fn left_out(scene: &Scene) -> Option<String> {
 
 /// The faces of a whole cube are views of their own.
 fn views(camera: &Camera) -> (usize, usize) {
-    let is_cube = matches!(camera.projection, Projection::Panorama { layout: Layout::Cube, .. });
+    let is_cube = matches!(camera.projection, Projection::Panorama { layout: PanoramaLayout::Cube, .. });
     if is_cube && camera.axis() == (0.0, 0.0) && camera.height == 6 * camera.width { (1, 6) } else { (1, 1) }
 }
 
@@ -83,12 +83,12 @@ fn of_scene(scene: &Scene, camera: &Camera) -> Vec<Keyword> {
             let ends = [camera.offset.0 + 1.0, camera.offset.0 - 1.0].map(|x| (half_width * x).atan().to_degrees());
             ("perspective", number("CAMFOV", ends[0] - ends[1], "[deg] horizontal field of view"))
         }
-        Projection::Panorama { layout: Layout::Dome { half_aperture, tilt }, .. } => {
+        Projection::Panorama { layout: PanoramaLayout::Dome { half_aperture, tilt }, .. } => {
             keywords.extend(number("CAMTILT", tilt.to_degrees(), "[deg] of the dome's axis from up towards the target"));
             ("fisheye", number("CAMFOV", (2.0 * half_aperture).to_degrees(), "[deg] across the circle"))
         }
-        Projection::Panorama { layout: Layout::Sphere, .. } => ("equirectangular", None),
-        Projection::Panorama { layout: Layout::Cube, .. } => ("cubemap", None),
+        Projection::Panorama { layout: PanoramaLayout::Sphere, .. } => ("equirectangular", None),
+        Projection::Panorama { layout: PanoramaLayout::Cube, .. } => ("cubemap", None),
         Projection::Orthographic { half_width_pc } => ("orthographic", number("CAMWIDTH", 2.0 * half_width_pc, "[pc] width of the image")),
     };
     keywords.push(text("CAMERA", projection, "projection of the camera"));

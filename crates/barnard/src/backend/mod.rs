@@ -94,7 +94,7 @@ pub enum Input {
 ///     }
 /// }
 ///
-/// let scene = SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8)).with_bands(passband::set("johnson")?).build()?;
+/// let scene = SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).with_size(8, 8)).with_bands(passband::set("johnson")?).build()?;
 /// let options = Options::default();
 /// let (image, _) = Renderer::new(&mut Uniform(2.0)).render(Job::new(&scene, &options)?, &Control::default())?;
 /// assert!(image.band(0).all(|v| v == 2.0));

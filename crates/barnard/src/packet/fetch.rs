@@ -26,7 +26,7 @@ pub struct Cursor<'a> {
 
 /// The places of a packet in a volume: the index of each cell's first value, the strides of the axes, and the place
 /// within the cell, axis × lane.
-struct Cells {
+struct PacketCells {
     first: [usize; LANES],
     strides: [usize; 3],
     fraction: [Lane; 3],
@@ -166,7 +166,7 @@ impl<'a> Cursor<'a> {
 
     /// The cells that hold the rays' places at distance `t`.
     #[inline(always)]
-    fn cells(&self, t: &Lane) -> Cells {
+    fn cells(&self, t: &Lane) -> PacketCells {
         let [(ix, fx), (iy, fy), (iz, fz)] = self.track.cells(self.volume.lattice.dims.map(|n| n - 1), t);
         let channels = self.volume.channels.len();
         let strides = self.volume.pages.strides().map(|n| n * channels);
@@ -174,7 +174,7 @@ impl<'a> Cursor<'a> {
         for number in &mut first {
             *number *= channels;
         }
-        Cells { first, strides, fraction: [fx, fy, fz] }
+        PacketCells { first, strides, fraction: [fx, fy, fz] }
     }
 }
 

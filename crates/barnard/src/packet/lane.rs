@@ -77,7 +77,7 @@ pub(crate) use lanes;
 
 /// A place in a row of cells.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Place {
+pub struct RowPlace {
     /// The cell it lies in.
     pub cell: u32,
     /// The fraction of the cell that lies before it \[1\].
@@ -86,14 +86,14 @@ pub struct Place {
 
 /// The place of `u` among `count` cells from 0, held at both ends.
 #[inline(always)]
-pub fn place(u: f32, count: usize) -> Place {
+pub fn place(u: f32, count: usize) -> RowPlace {
     let (last, last_cell) = (count as f32, (count - 1) as u32);
     let u = if u < 0.0 { 0.0 } else { u };
     let u = if u > last { last } else { u };
     // Rounding u − ½ gives floor(u), or u − 1 on an integer: the fraction is then 1, which is the same place.
     let rounded = (u - 0.5 + ROUND).to_bits() & 0x003f_ffff;
     let cell = if rounded > last_cell { last_cell } else { rounded };
-    Place { cell, fraction: u - cell as i32 as f32 }
+    RowPlace { cell, fraction: u - cell as i32 as f32 }
 }
 
 /// The largest of the lanes, by halves: a chain of sixteen comparisons would wait for each.
@@ -149,11 +149,11 @@ mod tests {
     #[test]
     fn cells_are_held_at_both_ends() {
         for (u, truth) in [(-3.0, (0, 0.0)), (0.25, (0, 0.25)), (2.5, (2, 0.5)), (4.75, (4, 0.75)), (5.0, (4, 1.0)), (1e9, (4, 1.0))] {
-            let Place { cell, fraction } = place(u, 5);
+            let RowPlace { cell, fraction } = place(u, 5);
             assert_eq!((cell, fraction), truth, "{u}");
         }
         // Whole numbers are an end of a cell, whichever; NaN is some cell.
-        let Place { cell, fraction } = place(3.0, 5);
+        let RowPlace { cell, fraction } = place(3.0, 5);
         assert_eq!(cell as f32 + fraction, 3.0);
         assert!(place(f32::NAN, 5).cell < 5);
     }

@@ -11,6 +11,6 @@ mod track;
 pub use exp_integral::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, scaled_exp_integrals};
 pub use fetch::Cursor;
 pub(crate) use lane::lanes;
-pub use lane::{LANES, Lane, Place, SERIES_LIMIT, exp, fma, largest, ln, mean_transmittance, place, sinhc};
+pub use lane::{LANES, Lane, RowPlace, SERIES_LIMIT, exp, fma, largest, ln, mean_transmittance, place, sinhc};
 pub use quads::{four, lerp};
 pub use track::Track;

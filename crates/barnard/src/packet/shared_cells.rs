@@ -28,7 +28,7 @@ pub(super) fn read<S: Stored, const CHANNELS: usize>(data: &[S], volume: &Volume
     for lane in 0..LANES {
         number[lane] = first[lane] as u32;
     }
-    let all = Weights::new([&fx, &fy, &fz]);
+    let all = CornerWeights::new([&fx, &fy, &fz]);
     let [_, dy, dz] = volume.pages.strides().map(|n| n * CHANNELS);
     *out = [[0.0; LANES]; CHANNELS];
     loop {
@@ -60,12 +60,12 @@ fn row<S: Stored>(cell: &[S], at: usize, channels: usize) -> &[S] {
 }
 
 /// The weights of the corners of a cell: at the low and the high end of its four rows along x.
-struct Weights {
+struct CornerWeights {
     low: [Lane; 4],
     high: [Lane; 4],
 }
 
-impl Weights {
+impl CornerWeights {
     #[inline(always)]
     fn new([fx, fy, fz]: [&Lane; 3]) -> Self {
         let rows = [

@@ -27,9 +27,9 @@ const FIXED: [Part; 4] = [Part::Space, Part::Stars, Part::Spectra, Part::Amount]
 /// use barnard::plan::Planner;
 /// use barnard::prelude::*;
 ///
-/// let camera = |x: f64| Camera::look_at(dvec3(x, 0.0, 5.0), DVec3::ZERO).size(8, 8);
+/// let camera = |x: f64| Camera::look_at(dvec3(x, 0.0, 5.0), DVec3::ZERO).with_size(8, 8);
 /// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0));
-/// let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
+/// let star = Star::blackbody(Temperature(15_000.0), Luminosity::suns(2000.0)).with_position(dvec3(0.1, 0.2, -0.5));
 /// let scene = SceneSpec::new(camera(0.0)).with_bands(passband::set("johnson")?).with_dust(dust).with_star(star).build()?;
 /// # let scene = barnard::plan::sample_functions(&scene, &Options::default())?;
 /// let control = Control::default();
@@ -125,13 +125,13 @@ impl Planned {
     /// Copy of the plan with another image size and the same camera position.
     #[must_use]
     pub fn with_size(self, width: usize, height: usize) -> Self {
-        self.with_camera(|camera| camera.size(width, height))
+        self.with_camera(|camera| camera.with_size(width, height))
     }
 
     /// Copy of the plan with `rays` × `rays` rays per pixel.
     #[must_use]
     pub fn with_supersampling(self, rays: usize) -> Self {
-        self.with_camera(|camera| camera.supersampling(rays))
+        self.with_camera(|camera| camera.with_supersampling(rays))
     }
 
     /// For cameras at the same position.

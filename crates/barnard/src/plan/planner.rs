@@ -47,7 +47,7 @@ pub enum Quality {
 /// use barnard::plan::{Planner, Quality};
 /// use barnard::prelude::*;
 ///
-/// let scene = SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8)).with_bands(passband::set("johnson")?).build()?;
+/// let scene = SceneSpec::new(Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).with_size(8, 8)).with_bands(passband::set("johnson")?).build()?;
 /// let (options, control) = (Options::default(), Control::default());
 /// let preview = Planner::new(&options).with_quality(Quality::Preview).plan(&scene, None, &control)?;
 /// assert_eq!(preview.scene().camera.width, 8);

@@ -25,17 +25,17 @@ pub struct Probe {
 }
 
 /// One wavelength: its extinction k, and the strength of each light there.
-struct Wave {
+struct ProbeWave {
     k: f64,
     strength: Vec<f64>,
 }
 
-struct Spectrograph {
-    waves: Vec<Wave>,
+struct ProbeWaves {
+    waves: Vec<ProbeWave>,
     radiance: Vec<f64>,
 }
 
-impl Eye for Spectrograph {
+impl Eye for ProbeWaves {
     fn goes_on(&self) -> bool {
         true
     }
@@ -63,17 +63,17 @@ impl Planned {
         let factors: Vec<_> = self.lights.iter().map(|l| factor(l.route, scene.dust.as_ref())).collect();
         let continua = wavelengths_um.iter().map(|lambda| {
             let strength = self.lights.iter().zip(&factors).map(|(l, f)| l.spectrum.continuum(*lambda) * f(*lambda)).collect();
-            Wave { k: law.k(*lambda), strength }
+            ProbeWave { k: law.k(*lambda), strength }
         });
         let lines: Vec<(usize, Line)> =
             self.lights.iter().enumerate().flat_map(|(light, l)| l.spectrum.lines().iter().map(move |line| (light, *line))).collect();
         let lines: Vec<(usize, Line)> = lines.into_iter().filter(|(_, l)| (ends.0..=ends.1).contains(&l.lambda_um)).collect();
         let of_line = |(light, line): &(usize, Line)| {
             let strength = (0..self.lights.len()).map(|l| if l == *light { line.strength * factors[l](line.lambda_um) } else { 0.0 });
-            Wave { k: law.k(line.lambda_um), strength: strength.collect() }
+            ProbeWave { k: law.k(line.lambda_um), strength: strength.collect() }
         };
-        let waves: Vec<Wave> = continua.chain(lines.iter().map(of_line)).collect();
-        let mut eye = Spectrograph { radiance: vec![0.0; waves.len()], waves };
+        let waves: Vec<ProbeWave> = continua.chain(lines.iter().map(of_line)).collect();
+        let mut eye = ProbeWaves { radiance: vec![0.0; waves.len()], waves };
         let (stepping, exact) = (Stepping::PerVoxel(STEPS), self.light_field.is_some());
         // All stars are seen one by one: the field of the gathered ones knows no wavelengths but its own.
         let gathered = self.space.many_lights.iter().flat_map(|many_lights| &many_lights.stars);

@@ -8,7 +8,7 @@ use spectra::components::Components;
 use spectra::rule::{Certificate, Measure, Node};
 
 use super::mixture::{self, Share};
-use super::{LEVELS, Mixture, Part, Plate, Plates, times};
+use super::{LEVELS, Mixture, Plate, PlateLight, Plates, times};
 use crate::light::Route;
 
 /// Depths at which the change by rounded depths is looked at, and what it may be more between them.
@@ -19,7 +19,7 @@ const MARGIN: f64 = 1.05;
 struct Behind<'a> {
     plate: &'a Plate,
     nodes: &'a [Node],
-    part: &'a Part,
+    part: &'a PlateLight,
     /// Weights of the mean and of each component.
     of_mean: f64,
     shares: Vec<f64>,
@@ -58,7 +58,7 @@ impl Behind<'_> {
         let measure = &self.part.source.measure;
         let plain = Angle { measure: measure.clone(), factor: Box::new(|_| 1.0) };
         let scattered = matches!(self.plate.route, Route::Scattered { .. }) && !self.scatters_again;
-        let under = move |factor: &'b super::Factor| {
+        let under = move |factor: &'b super::PhaseFactor| {
             let first = factor(self.nodes[0].lambda_um);
             Angle {
                 measure: measure.reweighted(|lambda| factor(lambda) / first),
@@ -105,7 +105,7 @@ impl Behind<'_> {
 
 impl Plates {
     /// A light of a mixture's band, where it has a plate.
-    fn behind<'a>(&'a self, mixture: &'a Mixture, part: &'a Part) -> Option<Behind<'a>> {
+    fn behind<'a>(&'a self, mixture: &'a Mixture, part: &'a PlateLight) -> Option<Behind<'a>> {
         let plate = &self.0.plates[part.plate?];
         let (of_mean, shares) = plate.components.shares(&part.weights);
         let (depth, scatters_again) = (self.0.depth * mixture.amount, self.0.scatters_again);
@@ -115,7 +115,7 @@ impl Plates {
     /// The certificates of a mixture's band, by the numbers of the lights that shine in it: nodes, components, and numbers as they
     /// are stored.
     pub fn certificates(&self, mixture: &Mixture, band: usize) -> Vec<(usize, Certificate)> {
-        let certified = |part: &Part| {
+        let certified = |part: &PlateLight| {
             let of_point = || {
                 let left = |a: f64| mixture.nodes.iter().map(move |node| (-a * node.k).exp());
                 let interpolated = |a: f64| part.weights.iter().zip(left(a)).map(|(w, left)| w * left).sum();
@@ -129,7 +129,7 @@ impl Plates {
     /// By how much the extended light of a mixture may be wrong at most in each pixel, bands × height × width [W m⁻² sr⁻¹]: far less
     /// than a [certificate](Self::certificates) says of the darkest of all depths, of which a pixel may have none.
     pub fn errors(&self, mixture: &Mixture) -> Vec<f32> {
-        let of_plate = |plate: usize, parts: &[Part]| {
+        let of_plate = |plate: usize, parts: &[PlateLight]| {
             let behind = parts.iter().find(|part| part.plate == Some(plate)).and_then(|part| self.behind(mixture, part));
             let of_mean = behind.map_or(0.0, |mixed| mixed.error(mixture) * times(mixture.amount, mixed.plate.route));
             Share { of_mean, of_coordinate: vec![0.0; self.0.plates[plate].components.axes.len()] }

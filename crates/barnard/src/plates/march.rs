@@ -54,7 +54,7 @@ impl Work<'_> {
     /// Plates of lights that scatter once at most, all by one march of a plan whose passbands share their nodes.
     pub fn once(&self, plan: &Plan, lights: &[usize]) -> Result<(Vec<Plate>, RenderStats)> {
         let k: Vec<f64> = self.nodes.iter().map(|node| node.k).collect();
-        let at_nodes = |phase: &super::Factor| self.nodes.iter().map(|node| phase(node.lambda_um)).collect();
+        let at_nodes = |phase: &super::PhaseFactor| self.nodes.iter().map(|node| phase(node.lambda_um)).collect();
         let factors: Vec<Vec<f64>> = phases(self.scene).iter().map(at_nodes).collect();
         let components = Components::of_exponentials(&k, plan.spectral().depth, &factors, self.accuracy());
         let rows = rows(&components);

@@ -96,9 +96,9 @@ pub struct Record {
 /// use barnard::plates::Reach;
 /// use barnard::prelude::*;
 ///
-/// let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).size(8, 8);
+/// let camera = Camera::look_at(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).with_size(8, 8);
 /// let dust = Dust::new(Fbm::new(3), Extinction::by_name("draine03_rv31")?, Scale::mag_per_pc(4.0)).with_albedo(0.6);
-/// let star = |kelvin| Star::blackbody(Temperature(kelvin), Luminosity::suns(2000.0)).at(dvec3(0.1, 0.2, -0.5));
+/// let star = |kelvin| Star::blackbody(Temperature(kelvin), Luminosity::suns(2000.0)).with_position(dvec3(0.1, 0.2, -0.5));
 /// let scene = SceneSpec::new(camera).with_bands(passband::set("johnson")?).with_dust(dust).with_star(star(15_000.0)).build()?;
 /// let control = Control::default();
 /// let plates = Plates::new(&scene, Reach::default(), None, &Options::default(), &control)?;
@@ -121,12 +121,12 @@ pub struct Mixture {
     /// Light × band: the weights at the nodes of lights that are seen as points, none of others.
     points: Vec<Vec<Vec<f64>>>,
     /// Band × light.
-    parts: Vec<Vec<Part>>,
-    phases: Vec<Factor>,
+    parts: Vec<Vec<PlateLight>>,
+    phases: Vec<PhaseFactor>,
 }
 
 /// A light in a band: its number, its plate where it has one, what it sends, and its weights at the nodes.
-struct Part {
+struct PlateLight {
     light: usize,
     plate: Option<usize>,
     source: Source,
@@ -134,7 +134,7 @@ struct Part {
 }
 
 /// A phase function under one angle.
-type Factor = Box<dyn Fn(f64) -> f64 + Send + Sync>;
+type PhaseFactor = Box<dyn Fn(f64) -> f64 + Send + Sync>;
 
 impl Plates {
     /// Plates of `scene` that reach as far as is said. What holds of `before`, a plan of the same scene, is taken from it.
@@ -282,7 +282,7 @@ impl Plates {
         let amount = self.amount(scene)?;
         let nodes: Vec<Node> = self.0.nodes.iter().map(|node| Node { k: node.k / amount, ..*node }).collect();
         let (lights, law) = (lights(scene)?, law(scene)?);
-        let mut parts: Vec<Vec<Part>> = Vec::new();
+        let mut parts: Vec<Vec<PlateLight>> = Vec::new();
         for band in &scene.bands {
             let part = |(light, light_row): (usize, &Light)| {
                 let source = source(scene, light_row, band, &law);
@@ -302,12 +302,12 @@ impl Plates {
                 if plate.is_none() && is_extended(light_row.route) {
                     return Err(Error::conflict(format!("the plates have no {}", light_row.name), "make new plates of this scene"));
                 }
-                Ok(Part { light, plate, source, weights })
+                Ok(PlateLight { light, plate, source, weights })
             };
             parts.push(lights.iter().enumerate().map(part).collect::<Result<_>>()?);
         }
         let dark = vec![0.0; nodes.len()];
-        let share = |plate: usize, parts: &[Part]| {
+        let share = |plate: usize, parts: &[PlateLight]| {
             let part = parts.iter().find(|part| part.plate == Some(plate));
             stored_share(&plates[plate].components, part.map_or(&dark, |part| &part.weights), times(amount, plates[plate].route))
         };
@@ -348,11 +348,11 @@ fn stored_share(components: &Components, weights: &[f64], times: f64) -> Share {
 }
 
 /// The phase function under many angles, where it changes with wavelength.
-fn phases(scene: &Scene) -> Vec<Factor> {
+fn phases(scene: &Scene) -> Vec<PhaseFactor> {
     let phase = scene.dust.as_ref().map(|dust| dust.phase.clone()).filter(|phase| phase.is_spectral());
     let under = |phase: &Arc<dyn Phase>, i: usize| {
         let (phase, cosine) = (phase.clone(), (std::f64::consts::PI * i as f64 / ANGLES as f64).cos());
-        Box::new(move |lambda| phase.at(cosine, lambda)) as Factor
+        Box::new(move |lambda| phase.at(cosine, lambda)) as PhaseFactor
     };
     phase.iter().flat_map(|phase| (0..=ANGLES).map(|i| under(phase, i))).collect()
 }

@@ -10,7 +10,7 @@ mod values;
 
 pub use bricks::Bricks;
 pub use pages::{PAGE, Pages};
-pub(crate) use planes::{Plane, PlanePart, ROWS_TOGETHER};
+pub(crate) use planes::{PlanePart, ROWS_TOGETHER, VoxelPlane};
 pub use values::Values;
 pub(crate) use values::stored;
 

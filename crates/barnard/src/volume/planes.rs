@@ -13,7 +13,7 @@ pub(crate) const ROWS_TOGETHER: usize = 8;
 
 /// A plane of a volume's voxels, those of the layer around the box counted.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Plane {
+pub(crate) struct VoxelPlane {
     /// The axes along the plane, the faster one in memory first, and the one across it.
     pub axes: [usize; 3],
     /// The place along the last.
@@ -31,7 +31,7 @@ pub(crate) struct PlanePart {
     pub rows: Range<usize>,
 }
 
-impl Plane {
+impl VoxelPlane {
     /// The voxel at a place in the plane.
     fn voxel(&self, u: usize, v: usize) -> [usize; 3] {
         let mut voxel = [self.at; 3];
@@ -42,7 +42,7 @@ impl Plane {
 
 impl Volume {
     /// The values of a channel on a plane, v × u, in parts of the channel's unit; NaN in pages that are not held.
-    pub(crate) fn plane(&self, slot: usize, plane: Plane, out: &mut Vec<f32>) {
+    pub(crate) fn plane(&self, slot: usize, plane: VoxelPlane, out: &mut Vec<f32>) {
         let [width, height] = [0, 1].map(|i| self.lattice.dims[plane.axes[i]]);
         let channels = self.channels.len();
         let (side, stride) = (self.pages.side()[plane.axes[0]], self.pages.strides()[plane.axes[0]] * channels);
@@ -77,7 +77,7 @@ impl Volume {
     pub(crate) fn put_plane(
         &mut self,
         slot: usize,
-        plane: Plane,
+        plane: VoxelPlane,
         [columns, rows]: [Range<usize>; 2],
         value: impl Fn(usize, usize) -> f32 + Sync,
     ) {
@@ -132,9 +132,9 @@ impl Volume {
         for axes in [[1, 2, 0], [0, 2, 1], [0, 1, 2]] {
             let [width, height, depth] = axes.map(|axis| self.lattice.dims[axis]);
             for (layer, nearest, next) in [(0, 1, 2), (depth - 1, depth - 2, depth - 3)] {
-                self.plane(slot, Plane { axes, at: nearest }, &mut first);
-                self.plane(slot, Plane { axes, at: next }, &mut second);
-                self.put_plane(slot, Plane { axes, at: layer }, [0..width, 0..height], |u, v| {
+                self.plane(slot, VoxelPlane { axes, at: nearest }, &mut first);
+                self.plane(slot, VoxelPlane { axes, at: next }, &mut second);
+                self.put_plane(slot, VoxelPlane { axes, at: layer }, [0..width, 0..height], |u, v| {
                     let (a, b) = (first[v * width + u], second[v * width + u]);
                     // Beside a page that is not held it goes on as it is.
                     let gone_on = if b.is_nan() { a } else { 2.0 * a - b };

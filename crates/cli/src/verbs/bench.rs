@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use barnard::backend::DeviceUse;
-use barnard_study::bench::{self, Row, table};
+use barnard_study::bench::{self, MethodRow, table};
 use clap::Args;
 
 use crate::backends::{names, registry};
@@ -77,6 +77,6 @@ impl Bench {
     }
 }
 
-fn json(row: &Row, key: &str) -> serde_json::Value {
+fn json(row: &MethodRow, key: &str) -> serde_json::Value {
     serde_json::json!({ "method": row.name, "terms": row.terms, "seconds": row.seconds, key: row.device_seconds, "relative_rmse": row.error })
 }

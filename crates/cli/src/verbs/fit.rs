@@ -7,10 +7,11 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use barnard::control::Control;
 use barnard::properties::Table;
+use barnard::scene::Scene;
 use barnard_files::SaveImage;
 use barnard_files::formats::{check_replaceable, check_writable, replace};
 use barnard_fit::solve::{Model, Prediction};
-use barnard_fit::{Assumed, Data, Fitted, Images, Observation, Parameter, fit, free_parameters};
+use barnard_fit::{Assumed, Data, Fitted, Images, Observation, Parameter, Residuals, fit, free_parameters};
 use clap::{Args, ValueEnum};
 
 use crate::progress::{self, Note};
@@ -79,20 +80,7 @@ impl Fit {
         }
         self.scene.refuse_overrides("a fit reads the scene again for each evaluation")?;
         let left = self.residual_files()?;
-        for (flag, path, ending) in
-            [("-o", &self.output, "json"), ("--found", &self.found, "toml"), ("--residuals", &self.residuals, "fits")]
-        {
-            if let Some(path) =
-                path.as_ref().filter(|path| path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case(ending)))
-            {
-                bail!("{flag} {}: the file name must end with .{ending}", path.display());
-            }
-        }
-        self.output.iter().chain(&self.found).try_for_each(|path| check_replaceable(path))?;
-        left.iter().try_for_each(|path| check_writable(path))?;
-        for (flag, path) in [("--plot", &self.plot), ("--corner", &self.corner)] {
-            path.iter().try_for_each(|path| check_plot(flag, path))?;
-        }
+        self.check_outputs(&left)?;
         let (file, options) = self.scene.open_for("cpu")?;
         let free = free_parameters(&self.free, file.tree())?;
         let outputs: Vec<PathBuf> =
@@ -122,44 +110,56 @@ impl Fit {
         if self.json {
             crate::json::print(&json(&free, &images.units(), &first, &fitted));
         }
+        let found = FitOutputs { free: &free, first: &first, images: &images, fitted: &fitted };
+        self.write(&found, &left, &residuals, &file.scene)?;
+        warn(&free, &fitted);
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Checks the names of all outputs, and that they can be written.
+    fn check_outputs(&self, left: &[PathBuf]) -> anyhow::Result<()> {
+        for (flag, path, ending) in
+            [("-o", &self.output, "json"), ("--found", &self.found, "toml"), ("--residuals", &self.residuals, "fits")]
+        {
+            let is_other = |path: &&PathBuf| path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case(ending));
+            if let Some(path) = path.as_ref().filter(is_other) {
+                bail!("{flag} {}: the file name must end with .{ending}", path.display());
+            }
+        }
+        self.output.iter().chain(&self.found).try_for_each(|path| check_replaceable(path))?;
+        left.iter().try_for_each(|path| check_writable(path))?;
+        for (flag, path) in [("--plot", &self.plot), ("--corner", &self.corner)] {
+            path.iter().try_for_each(|path| check_plot(flag, path))?;
+        }
+        Ok(())
+    }
+
+    /// Writes the outputs, and prints their names.
+    fn write(&self, found: &FitOutputs, left: &[PathBuf], residuals: &[Residuals], scene: &Scene) -> anyhow::Result<()> {
+        let FitOutputs { free, first, images, fitted } = found;
+        let wrote = |path: &PathBuf| say!("wrote {}", path.display());
         if let Some(path) = &self.output {
-            replace(path, format!("{:#}\n", json(&free, &images.units(), &first, &fitted)).as_bytes())?;
-            say!("wrote {}", path.display());
+            replace(path, format!("{:#}\n", json(free, &images.units(), first, fitted)).as_bytes())?;
+            wrote(path);
         }
         if let Some(path) = &self.found {
             replace(path, barnard_files::toml::text(&images.tree(&fitted.values)?).as_bytes())?;
-            say!("wrote {}", path.display());
+            wrote(path);
         }
-        for (path, of_image) in left.iter().zip(&residuals) {
-            of_image.image.save(path, &file.scene.save_options().without_glare())?;
-            say!("wrote {}", path.display());
+        for (path, of_image) in left.iter().zip(residuals) {
+            of_image.image.save(path, &scene.save_options().without_glare())?;
+            wrote(path);
         }
         if let Some(path) = &self.plot {
-            plots::residuals(path, &residuals)?;
-            say!("wrote {}", path.display());
+            plots::residuals(path, residuals)?;
+            wrote(path);
         }
         if let Some(path) = &self.corner {
-            let row = |i: usize| vec![free[i].key.clone(), value_words(&fitted, i), images.units()[i].to_owned()];
-            plots::corner(path, (0..free.len()).map(row).collect(), &fitted)?;
-            say!("wrote {}", path.display());
+            let row = |i: usize| vec![free[i].key.clone(), value_words(fitted, i), images.units()[i].to_owned()];
+            plots::corner(path, (0..free.len()).map(row).collect(), fitted)?;
+            wrote(path);
         }
-        if !fitted.degenerate.is_empty() {
-            let names: Vec<&str> = fitted.degenerate.iter().map(|i| free[*i].key.as_str()).collect();
-            complain!(
-                "warning: the data do not distinguish {}; add an image in another passband, free fewer keys, or give one a prior: KEY~MEAN+-SIGMA",
-                names.join(", ")
-            );
-        }
-        for i in &fitted.bounded {
-            complain!("warning: {} is at its bound; its standard error is unreliable", free[*i].key);
-        }
-        if let Some(warning) = fitted.chi2_warning() {
-            complain!("warning: {warning}");
-        }
-        if !fitted.converged {
-            complain!("warning: the fit did not converge; use a better start, or bounds");
-        }
-        Ok(ExitCode::SUCCESS)
+        Ok(())
     }
 
     /// The files of residuals, one for each image.
@@ -249,6 +249,34 @@ fn value_words(fitted: &Fitted, i: usize) -> String {
     // As many digits of the value as reach those of the error.
     let reaching = (value / sigma).abs().log10().floor().clamp(0.0, 12.0) as usize + 1;
     format!("{} +- {}", written(value, reaching), written(sigma, 1))
+}
+
+/// A fit and what was fitted.
+struct FitOutputs<'a> {
+    free: &'a [Parameter],
+    first: &'a [f64],
+    images: &'a Images,
+    fitted: &'a Fitted,
+}
+
+/// Warnings of a fit.
+fn warn(free: &[Parameter], fitted: &Fitted) {
+    if !fitted.degenerate.is_empty() {
+        let names: Vec<&str> = fitted.degenerate.iter().map(|i| free[*i].key.as_str()).collect();
+        complain!(
+            "warning: the data do not distinguish {}; add an image in another passband, free fewer keys, or give one a prior: KEY~MEAN+-SIGMA",
+            names.join(", ")
+        );
+    }
+    for i in &fitted.bounded {
+        complain!("warning: {} is at its bound; its standard error is unreliable", free[*i].key);
+    }
+    if let Some(warning) = fitted.chi2_warning() {
+        complain!("warning: {warning}");
+    }
+    if !fitted.converged {
+        complain!("warning: the fit did not converge; use a better start, or bounds");
+    }
 }
 
 fn json(free: &[Parameter], units: &[&str], first: &[f64], fitted: &Fitted) -> serde_json::Value {

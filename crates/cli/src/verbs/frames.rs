@@ -11,7 +11,7 @@ use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, LayerChoice, Level};
 use barnard::plan::{Options, Planned};
-use barnard::scene::Provenance;
+use barnard::scene::{Provenance, Scene};
 use barnard::sequence::{Follower, FrameSettings, Sequence};
 use barnard_files::claim::Claim;
 use barnard_files::formats::{check_folder, replace};
@@ -141,13 +141,7 @@ impl FrameArgs {
         let first = shoot.scene.adjusted(follower.scene(frames.time(frames.first), &control)?, shoot.options.memory_limit)?;
         let first = outputs::layered(first, shoot.layers, shoot.outputs, shoot.options.memory_limit)?;
         let files = |number: i64| shoot.files(number, alone, &first.camera);
-        if let Some(number) = numbers.first() {
-            // Asked for without a look at what others write there.
-            files(*number)?.iter().flatten().try_for_each(|path| check_folder(path))?;
-        }
-        for number in &numbers {
-            refuse_inputs(&first, &files(*number)?.concat())?;
-        }
+        shoot.check(&numbers, &files, &first)?;
         // A name without a number is of whatever frame was rendered last.
         let is_done = |number: i64| -> anyhow::Result<bool> {
             let files = files(number)?.concat();
@@ -191,9 +185,8 @@ impl FrameArgs {
                 continue;
             }
             let per_frame = start.elapsed().as_secs_f64() / done.max(1) as f64;
-            let words =
-                if done > 0 { format!(", {} left", progress::duration(per_frame * (left.len() - i) as f64)) } else { String::new() };
-            note.set(format!("frame {number} ({} of {}){words}", i + 1, left.len()));
+            let rest = (done > 0).then(|| format!(", {} left", progress::duration(per_frame * (left.len() - i) as f64)));
+            note.set(format!("frame {number} ({} of {}){}", i + 1, left.len(), rest.unwrap_or_default()));
             shoot.frame(*number, &shared, &mut follower, &control, march).with_context(|| format!("frame {number}"))?;
             done += 1;
             control.check()?;
@@ -207,6 +200,15 @@ impl FrameArgs {
 }
 
 impl Shoot<'_> {
+    /// Checks that files can be written, and that none is an input of the scene.
+    fn check(&self, numbers: &[i64], files: &impl Fn(i64) -> anyhow::Result<Vec<Vec<PathBuf>>>, scene: &Scene) -> anyhow::Result<()> {
+        if let Some(number) = numbers.first() {
+            // Asked for without a look at what others write there.
+            files(*number)?.iter().flatten().try_for_each(|path| check_folder(path))?;
+        }
+        numbers.iter().try_for_each(|number| refuse_inputs(scene, &files(*number)?.concat()))
+    }
+
     /// Writes whose frames the output folder has, in a hidden file for each name pattern.
     ///
     /// # Errors

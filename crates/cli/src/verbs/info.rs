@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use barnard::data::{Array, InputNote, Inputs, Layout, Numbers};
+use barnard::data::{Array, ArrayHeader, InputNote, Inputs, Numbers};
 use barnard::scene::inspect;
 use barnard_files::SceneFiles;
 use barnard_files::formats::{Contents, Member, READERS, Writer, members, read_file, read_image, read_picture, unreadable, writer};
@@ -128,7 +128,7 @@ fn holds_tables_alone(members: &[Member]) -> bool {
 /// Statistics of the values of a grid or of a picture; otherwise the reason why there are none.
 fn summary(path: &Path, member: &Member, limit: u64) -> Vec<(&'static str, String)> {
     let name = Some(member.name.as_str()).filter(|name| !name.is_empty());
-    let (cells, [low, high, sum, blank]) = match read_file(path, name, &mut |layout: &Layout| Ok(layout.whole()), limit) {
+    let (cells, [low, high, sum, blank]) = match read_file(path, name, &mut |layout: &ArrayHeader| Ok(layout.whole()), limit) {
         Ok(array) => (array.shape.iter().product::<usize>(), folded(&array)),
         Err(error) => match read_picture(path, name, limit) {
             Ok((_, values)) => (values.len(), statistics(values.into_iter())),

@@ -34,14 +34,14 @@ const ORDER: &str = "bands";
 const LAYER: &str = "radiance.";
 
 /// How radiances become the linear colours of a file.
-struct Exposure {
+struct LinearColours {
     tone: Tone,
     colours: ColourSpace,
     single: bool,
     channels: LayerChannels,
 }
 
-impl Exposure {
+impl LinearColours {
     fn of(picture: &image::Image, options: &image::SaveOptions) -> Self {
         let image::Output { colours, single, channels, .. } = options.output;
         Self { tone: options.display.tone(picture), colours, single, channels }
@@ -94,28 +94,11 @@ impl Exposure {
     }
 }
 
-fn encode(picture: &image::Image, options: &image::SaveOptions) -> Result<Vec<u8>> {
-    let size = picture.width * picture.height;
-    let names = super::distinct_names(picture);
-    let radiance = |band: usize| {
-        let values: Vec<f32> = (band * size..(band + 1) * size).map(|i| picture.samples.at(i) as f32).collect();
-        AnyChannel::new(format!("{LAYER}{}", names[band]).as_str(), FlatSamples::F32(values))
-    };
-    let exposure = Exposure::of(picture, options);
+/// Statements of the header: key and text.
+fn notes(picture: &image::Image, exposure: &LinearColours, names: &[String]) -> Vec<(String, String)> {
+    let mut notes = Vec::new();
+    let mut note = |key: String, value: &str| notes.push((key, value.to_owned()));
     let tone = &exposure.tone;
-    let shown = exposure.channels(["R", "G", "B"].map(str::to_owned), &picture.samples, size, tone.black);
-    let layers = picture.layers.iter().flat_map(|layer| exposure.layer(layer, picture, &names));
-    let mut attributes = LayerAttributes::named("Barnard");
-    attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
-    attributes.environment_map = environment_map(picture);
-    let space = match exposure.colours {
-        ColourSpace::Rec709 => "lin_rec709_scene",
-        ColourSpace::AcesCg => "lin_ap1_scene",
-    };
-    attributes.other.insert(Text::from("colorInteropID"), AttributeValue::Text(Text::from(space)));
-    let mut note = |key: String, value: &str| {
-        attributes.other.insert(Text::from(super::ascii(&key).as_str()), AttributeValue::Text(Text::from(lines(value).as_str())));
-    };
     note("unit".into(), "W m-2 sr-1, of the channels in layer radiance");
     note(
         "RGB".into(),
@@ -160,6 +143,31 @@ fn encode(picture: &image::Image, options: &image::SaveOptions) -> Result<Vec<u8
         for (i, line) in picture.band_words(number).iter().enumerate() {
             note(format!("{name}.certificate.{i}"), line);
         }
+    }
+    notes
+}
+
+fn encode(picture: &image::Image, options: &image::SaveOptions) -> Result<Vec<u8>> {
+    let size = picture.width * picture.height;
+    let names = super::distinct_names(picture);
+    let radiance = |band: usize| {
+        let values: Vec<f32> = (band * size..(band + 1) * size).map(|i| picture.samples.at(i) as f32).collect();
+        AnyChannel::new(format!("{LAYER}{}", names[band]).as_str(), FlatSamples::F32(values))
+    };
+    let exposure = LinearColours::of(picture, options);
+    let tone = &exposure.tone;
+    let shown = exposure.channels(["R", "G", "B"].map(str::to_owned), &picture.samples, size, tone.black);
+    let layers = picture.layers.iter().flat_map(|layer| exposure.layer(layer, picture, &names));
+    let mut attributes = LayerAttributes::named("Barnard");
+    attributes.software_name = Some(Text::from(format!("Barnard {}", env!("CARGO_PKG_VERSION")).as_str()));
+    attributes.environment_map = environment_map(picture);
+    let space = match exposure.colours {
+        ColourSpace::Rec709 => "lin_rec709_scene",
+        ColourSpace::AcesCg => "lin_ap1_scene",
+    };
+    attributes.other.insert(Text::from("colorInteropID"), AttributeValue::Text(Text::from(space)));
+    for (key, value) in notes(picture, &exposure, &names) {
+        attributes.other.insert(Text::from(super::ascii(&key).as_str()), AttributeValue::Text(Text::from(lines(&value).as_str())));
     }
     let channels = AnyChannels::sort((0..picture.bands.len()).map(radiance).chain(shown).chain(layers).collect());
     let encoding = Encoding { compression: compression(options.output.compression), ..Encoding::SMALL_LOSSLESS };
@@ -288,19 +296,19 @@ fn decode(request: &mut Request) -> Result<image::Image> {
         // A part of one of our pictures stays a part, as in every other format.
         return Ok(image::Image::bare(width, height, names, image::Samples::Single(samples)));
     }
-    let window = Window { shown: file.attributes.display_window, first: layer.attributes.layer_position, size: (width, height) };
+    let window = DataWindow { shown: file.attributes.display_window, first: layer.attributes.layer_position, size: (width, height) };
     let (size, samples) = window.fill(path, limit, samples)?;
     Ok(image::Image::bare(size.0, size.1, names, image::Samples::Single(samples)))
 }
 
 /// The pixels that a file stores, its data window, within those that it shows, its display window.
-struct Window {
+struct DataWindow {
     shown: IntegerBounds,
     first: Vec2<i32>,
     size: (usize, usize),
 }
 
-impl Window {
+impl DataWindow {
     /// The channels of stored pixels as those of the display window: zero where nothing is stored, without what lies outside.
     fn fill(&self, path: &std::path::Path, limit: u64, samples: Vec<f32>) -> Result<((usize, usize), Vec<f32>)> {
         let (width, height) = (self.shown.size.width(), self.shown.size.height());

@@ -5,25 +5,25 @@ use std::ops::Range;
 use std::path::Path;
 
 use barnard::blocks::Filling;
-use barnard::data::{Numbers, Part};
+use barnard::data::{ArrayPart, Numbers};
 use barnard::error::Error;
 use barnard::memory;
 use rayon::prelude::*;
 
-use super::Kept;
+use super::FileFloat;
 use super::numbers::Stored;
 
 /// Elements along each axis, the slowest first.
-pub type Block = [Range<usize>; 3];
+pub type BlockRange = [Range<usize>; 3];
 
 /// The places along the slower axes of a block's lines, one after the other.
-pub fn lines([slow, middle, _]: &Block) -> impl Iterator<Item = [usize; 2]> + use<> {
+pub fn lines([slow, middle, _]: &BlockRange) -> impl Iterator<Item = [usize; 2]> + use<> {
     let (slow, middle) = (slow.clone(), middle.clone());
     slow.flat_map(move |i| middle.clone().map(move |j| [i, j]))
 }
 
 /// The blocks into which blocks of this size, the first at the beginning of the array, cut what is wanted of it.
-pub fn cut(ranges: &Block, edges: [usize; 3]) -> impl Iterator<Item = Block> + use<> {
+pub fn cut(ranges: &BlockRange, edges: [usize; 3]) -> impl Iterator<Item = BlockRange> + use<> {
     let along = |axis: usize| {
         let (range, edge) = (ranges[axis].clone(), edges[axis].max(1));
         (range.start / edge..range.end.div_ceil(edge)).map(move |i| (i * edge).max(range.start)..((i + 1) * edge).min(range.end))
@@ -41,26 +41,26 @@ pub fn cut(ranges: &Block, edges: [usize; 3]) -> impl Iterator<Item = Block> + u
 /// The elements of a part, or the means of blocks of them, in the order in which the file stores them.
 pub struct Gather<T> {
     /// Requested part of the array.
-    pub ranges: Block,
+    pub ranges: BlockRange,
     shape: [usize; 3],
     every: usize,
     clip: bool,
-    store: Store<T>,
+    store: GatheredValues<T>,
 }
 
-enum Store<T> {
+enum GatheredValues<T> {
     Elements(Vec<T>),
     /// Sums of blocks of elements, and what their means fill at the end, where it is not an array.
     Sums(Vec<f64>, Option<Filling>),
     Blocks(Filling),
 }
 
-impl<T: Kept> Gather<T> {
+impl<T: FileFloat> Gather<T> {
     /// Room for a part of the array of `path`, all of it zero, in at most `limit` bytes.
     ///
     /// # Errors
     /// If it takes more.
-    pub fn new(part: &Part, fortran: bool, path: &Path, limit: u64) -> Result<Self, Error> {
+    pub fn new(part: &ArrayPart, fortran: bool, path: &Path, limit: u64) -> Result<Self, Error> {
         let (mut ranges, mut shape) = (part.ranges.clone(), part.shape());
         if fortran {
             ranges.reverse();
@@ -75,7 +75,7 @@ impl<T: Kept> Gather<T> {
         });
         let blocks = match blocks.transpose()? {
             Some(blocks) if part.every == 1 => {
-                return Ok(Self { ranges, shape, every: 1, clip: part.clip, store: Store::Blocks(blocks) });
+                return Ok(Self { ranges, shape, every: 1, clip: part.clip, store: GatheredValues::Blocks(blocks) });
             }
             blocks => blocks,
         };
@@ -84,7 +84,8 @@ impl<T: Kept> Gather<T> {
         let size = if part.every > 1 { 8 } else { 4 };
         memory::check(&format!("the array of {}", path.display()), cells.saturating_mul(size as u64), limit)?;
         let cells = cells as usize;
-        let store = if part.every > 1 { Store::Sums(vec![0.0; cells], blocks) } else { Store::Elements(vec![T::of(0.0); cells]) };
+        let store =
+            if part.every > 1 { GatheredValues::Sums(vec![0.0; cells], blocks) } else { GatheredValues::Elements(vec![T::of(0.0); cells]) };
         Ok(Self { ranges, shape, every: part.every, clip: part.clip, store })
     }
 
@@ -95,9 +96,9 @@ impl<T: Kept> Gather<T> {
         let (first, every, clip) = (first - self.ranges[2].start, self.every, self.clip);
         let elements = elements.map(|v| clipped(v, clip));
         match &mut self.store {
-            Store::Elements(stored) => stored[start + first..].iter_mut().zip(elements).for_each(|(element, v)| *element = v),
-            Store::Sums(sums, _) => elements.zip(first..).for_each(|(v, i)| sums[start + i / every] += v.number()),
-            Store::Blocks(blocks) => blocks.run(2, [i, j, first], elements.map(Kept::number)),
+            GatheredValues::Elements(stored) => stored[start + first..].iter_mut().zip(elements).for_each(|(element, v)| *element = v),
+            GatheredValues::Sums(sums, _) => elements.zip(first..).for_each(|(v, i)| sums[start + i / every] += v.number()),
+            GatheredValues::Blocks(blocks) => blocks.run(2, [i, j, first], elements.map(FileFloat::number)),
         }
     }
 
@@ -109,11 +110,11 @@ impl<T: Kept> Gather<T> {
             for (j, by_middle) in middle.clone() {
                 let row = (i * self.shape[1] + j) * self.shape[2];
                 match &mut self.store {
-                    Store::Elements(elements) => fast.clone().for_each(|(k, _)| elements[row + k] = value),
-                    Store::Sums(sums, _) => {
+                    GatheredValues::Elements(elements) => fast.clone().for_each(|(k, _)| elements[row + k] = value),
+                    GatheredValues::Sums(sums, _) => {
                         fast.clone().for_each(|(k, by_fast)| sums[row + k] += value.number() * (by_slow * by_middle * by_fast) as f64)
                     }
-                    Store::Blocks(blocks) => {
+                    GatheredValues::Blocks(blocks) => {
                         let first = fast.clone().next().map_or(0, |(first, _)| first);
                         blocks.run(2, [i, j, first], fast.clone().map(|_| value.number()));
                     }
@@ -173,10 +174,10 @@ impl<T: Kept> Gather<T> {
     /// Errors of `fetch` and `unpack`, of the first block that has one.
     pub fn blocks<B: Send, E: Send>(
         &mut self,
-        mut blocks: impl Iterator<Item = Block>,
+        mut blocks: impl Iterator<Item = BlockRange>,
         (bytes, limit): (u64, u64),
-        mut fetch: impl FnMut(&Block) -> Result<B, E>,
-        unpack: impl Fn(&Block, B) -> Result<Vec<T>, E> + Sync,
+        mut fetch: impl FnMut(&BlockRange) -> Result<B, E>,
+        unpack: impl Fn(&BlockRange, B) -> Result<Vec<T>, E> + Sync,
     ) -> Result<(), E> {
         let together = usize::try_from(limit / bytes.max(1)).unwrap_or(usize::MAX).clamp(1, 2 * rayon::current_num_threads());
         loop {
@@ -184,7 +185,7 @@ impl<T: Kept> Gather<T> {
             if fetched.is_empty() {
                 return Ok(());
             }
-            let unpacked_block = |(stored, block): (Result<B, E>, Block)| (stored.and_then(|stored| unpack(&block, stored)), block);
+            let unpacked_block = |(stored, block): (Result<B, E>, BlockRange)| (stored.and_then(|stored| unpack(&block, stored)), block);
             let unpacked: Vec<_> = fetched.into_par_iter().map(unpacked_block).collect();
             for (elements, block) in unpacked {
                 for ([i, j], line) in lines(&block).zip(elements?.chunks(block[2].len())) {
@@ -202,21 +203,21 @@ impl<T: Kept> Gather<T> {
         let share = (self.every as f64).powi(-3);
         let [_, middle, fast] = self.shape;
         Ok(match self.store {
-            Store::Elements(elements) => T::numbers(elements),
-            Store::Sums(sums, None) => T::numbers(sums.iter().map(|sum| T::of(sum * share)).collect()),
-            Store::Sums(sums, Some(mut blocks)) => {
+            GatheredValues::Elements(elements) => T::numbers(elements),
+            GatheredValues::Sums(sums, None) => T::numbers(sums.iter().map(|sum| T::of(sum * share)).collect()),
+            GatheredValues::Sums(sums, Some(mut blocks)) => {
                 for (row, sums) in sums.chunks(fast).enumerate() {
                     blocks.run(2, [row / middle, row % middle, 0], sums.iter().map(|sum| T::of(sum * share).number()));
                 }
                 Numbers::Blocks(blocks.finish()?)
             }
-            Store::Blocks(blocks) => Numbers::Blocks(blocks.finish()?),
+            GatheredValues::Blocks(blocks) => Numbers::Blocks(blocks.finish()?),
         })
     }
 }
 
 /// A value as it counts.
-fn clipped<T: Kept>(value: T, clip: bool) -> T {
+fn clipped<T: FileFloat>(value: T, clip: bool) -> T {
     // What is no number is not above zero either.
     if clip && !matches!(value.number().partial_cmp(&0.0), Some(Ordering::Greater)) { T::of(0.0) } else { value }
 }
@@ -225,8 +226,8 @@ fn clipped<T: Kept>(value: T, clip: bool) -> T {
 ///
 /// # Errors
 /// If it takes more.
-pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &Part, label: &Path, limit: u64) -> Result<Numbers, Error> {
-    fn gathered<T: Kept>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Result<Numbers, Error> {
+pub fn part_of(numbers: &Numbers, shape: [usize; 3], fortran: bool, part: &ArrayPart, label: &Path, limit: u64) -> Result<Numbers, Error> {
+    fn gathered<T: FileFloat>(all: &[T], shape: [usize; 3], mut gather: Gather<T>) -> Result<Numbers, Error> {
         let fast = gather.ranges[2].clone();
         for [i, j] in lines(&gather.ranges) {
             let line = &all[(i * shape[1] + j) * shape[2]..];

@@ -21,7 +21,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::time::SystemTime;
 
-pub use fits::{MASK_PREFIX, Observed, Plane, Sky, columns as fits_columns, observed, sky_of};
+pub use fits::{ImagePlane, MASK_PREFIX, Observed, Sky, columns as fits_columns, observed, sky_of};
 pub use gather::part_of;
 pub(crate) use npz::{Written, archive, doubles, put, values};
 pub use png::encode_png;
@@ -36,7 +36,7 @@ use barnard::memory;
 use spectra::error::nearest;
 
 /// A precision in which numbers of a file are kept.
-pub(crate) trait Kept: Copy + Send {
+pub(crate) trait FileFloat: Copy + Send {
     /// The number that is nearest.
     fn of(value: f64) -> Self;
     /// The number itself.
@@ -45,7 +45,7 @@ pub(crate) trait Kept: Copy + Send {
     fn numbers(all: Vec<Self>) -> Numbers;
 }
 
-impl Kept for f32 {
+impl FileFloat for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
@@ -57,7 +57,7 @@ impl Kept for f32 {
     }
 }
 
-impl Kept for f64 {
+impl FileFloat for f64 {
     fn of(value: f64) -> Self {
         value
     }
@@ -125,7 +125,7 @@ pub struct Reader {
     /// Reads what is chosen of a three-dimensional array, where the format holds one.
     pub array: Option<fn(&mut Request, Choose) -> Result<Array>>,
     /// Lists what a file holds, where the format holds arrays.
-    pub members: Option<List>,
+    pub members: Option<ListMembers>,
     /// Reads an image, where the format holds them.
     pub image: Option<fn(&mut Request) -> Result<Image>>,
 }
@@ -138,7 +138,7 @@ impl Reader {
 }
 
 /// Lists what a file holds.
-type List = fn(&mut Request) -> Result<Vec<Member>>;
+type ListMembers = fn(&mut Request) -> Result<Vec<Member>>;
 
 /// One array of a file, and what the file says of it.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -11,8 +11,8 @@ use npyz::{DType, Endianness, NpyFile, Order, TypeChar, WriterBuilder};
 
 use super::gather::Gather;
 use super::numbers::{Number, Stored};
-use super::{Contents, GridFile, GridWriter, Kept, Member, Reader, Request, Writer, checked_shape, failed, three_axes};
-use barnard::data::{Array, Choose, Layout, Numbers, Part};
+use super::{Contents, FileFloat, GridFile, GridWriter, Member, Reader, Request, Writer, checked_shape, failed, three_axes};
+use barnard::data::{Array, ArrayHeader, ArrayPart, Choose, Numbers};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples, SaveOptions};
 
@@ -60,7 +60,7 @@ fn read(request: &mut Request, choose: Choose) -> Result<Array> {
 pub(super) fn array(stream: Stream, choose: Choose) -> Result<Array> {
     let array = stream.open()?;
     let (shape, _) = three_axes(array.asked.path, &array.shape)?;
-    let part = choose(&Layout { shape, frame: None })?;
+    let part = choose(&ArrayHeader { shape, frame: None })?;
     let fortran = array.fortran;
     let data = if array.stored.is_single() { array.part::<f32>(&part)? } else { array.part::<f64>(&part)? };
     Ok(Array { shape: part.shape(), data, fortran })
@@ -129,7 +129,7 @@ fn without_long_suffixes(head: &mut [u8], start: usize, length: usize) {
 }
 
 /// Request without its bytes.
-pub(super) struct Asked<'a> {
+pub(super) struct NpyRequest<'a> {
     /// The path of the file.
     pub path: &'a Path,
     /// Most bytes that may be allocated.
@@ -140,13 +140,13 @@ pub(super) struct Asked<'a> {
 
 /// An array as it is read from its beginning: a file, or a member of an archive.
 pub(super) struct Stream<'r> {
-    pub asked: Asked<'r>,
+    pub asked: NpyRequest<'r>,
     pub reader: Box<dyn Read + 'r>,
 }
 
 /// An array whose header was read; its values are what the reader gives next.
 pub(super) struct Open<'r> {
-    pub asked: Asked<'r>,
+    pub asked: NpyRequest<'r>,
     reader: Box<dyn Read + 'r>,
     pub shape: Vec<u64>,
     pub fortran: bool,
@@ -155,7 +155,7 @@ pub(super) struct Open<'r> {
 
 impl<'r> Stream<'r> {
     fn of(request: &'r mut Request<'_>) -> Result<Self> {
-        let asked = Asked { path: request.path, memory_limit: request.memory_limit, length: request.length };
+        let asked = NpyRequest { path: request.path, memory_limit: request.memory_limit, length: request.length };
         Ok(Self { asked, reader: Box::new(request.rewound()?) })
     }
 
@@ -210,7 +210,7 @@ impl Open<'_> {
     }
 
     /// A part of three axes, in the order of the file.
-    fn part<T: Kept>(mut self, part: &Part) -> Result<Numbers> {
+    fn part<T: FileFloat>(mut self, part: &ArrayPart) -> Result<Numbers> {
         let mut shape = three_axes(self.asked.path, &self.shape)?.0;
         if self.fortran {
             shape.reverse();
@@ -241,7 +241,7 @@ impl Open<'_> {
     }
 
     /// All values, of however many axes.
-    pub fn all<T: Kept>(&mut self, cells: usize) -> Result<Vec<T>> {
+    pub fn all<T: FileFloat>(&mut self, cells: usize) -> Result<Vec<T>> {
         let mut values = Vec::with_capacity(cells);
         let mut bytes = vec![0; PIECE * self.stored.size()];
         while values.len() < cells {

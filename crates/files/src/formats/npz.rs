@@ -5,8 +5,8 @@ use std::path::Path;
 
 use npyz::WriterBuilder;
 
-use super::npy::{self, Asked, Stream};
-use super::{Kept, Member, Reader, Request, Seekable};
+use super::npy::{self, NpyRequest, Stream};
+use super::{FileFloat, Member, Reader, Request, Seekable};
 use barnard::data::{Array, Choose};
 use barnard::error::{Error, Result};
 use barnard::memory;
@@ -24,7 +24,7 @@ fn members(request: &mut Request) -> Result<Vec<Member>> {
     let names = names(&archive);
     let member = |name: String| {
         let entry = entry(&mut archive, &name, path)?;
-        let asked = Asked { path, memory_limit, length: entry.size() };
+        let asked = NpyRequest { path, memory_limit, length: entry.size() };
         let open = Stream { asked, reader: Box::new(entry) }.open()?;
         Ok(npy::member(name, &open))
     };
@@ -68,7 +68,7 @@ fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -
     let stated = entry.size();
     let corrupt = |reason: String| Error::file(path, format!("array {name} is corrupt: {reason}"));
     let mut member = entry.by_ref().take(stated);
-    let asked = Asked { path, memory_limit, length: stated };
+    let asked = NpyRequest { path, memory_limit, length: stated };
     let made = read(Stream { asked, reader: Box::new(&mut member) })?;
     // The archive's checksum is looked at where an entry ends, and not before.
     std::io::copy(&mut member, &mut std::io::sink()).map_err(|e| corrupt(e.to_string()))?;
@@ -80,7 +80,7 @@ fn of_member<T>(request: &mut Request, read: impl FnOnce(Stream) -> Result<T>) -
 }
 
 /// The shape and the values of an array of an archive, in C order, in a precision that holds them.
-pub(crate) fn values<T: Kept>(request: &mut Request) -> Result<(Vec<u64>, Vec<T>)> {
+pub(crate) fn values<T: FileFloat>(request: &mut Request) -> Result<(Vec<u64>, Vec<T>)> {
     of_member(request, |stream| {
         let mut array = stream.open()?;
         let shape = array.shape.clone();

@@ -2,7 +2,7 @@
 
 use half::f16;
 
-use super::Kept;
+use super::FileFloat;
 
 /// A type of stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +56,7 @@ impl Stored {
     }
 
     /// The numbers in some bytes, one after the other.
-    pub fn decode<T: Kept>(self, bytes: &[u8], mut take: impl FnMut(T)) {
+    pub fn decode<T: FileFloat>(self, bytes: &[u8], mut take: impl FnMut(T)) {
         macro_rules! each {
             ($type:ty, $to:expr) => {{
                 let whole = bytes.as_chunks::<{ size_of::<$type>() }>().0;

@@ -39,8 +39,8 @@ pub(super) fn read(request: &Request) -> Result<TextTable> {
     let Gltf { document, mut blob } = Gltf::from_slice(request.bytes).map_err(|e| wrong(format!("is not a glTF file: {e}")))?;
     let targets = targets(&document).map_err(wrong)?;
     let way = animated_camera(&document, &targets).map_err(wrong)?;
-    let mut buffers = Buffers { request, blob: blob.take(), read: HashMap::new(), bytes: 0 };
-    let channels = Channels::of(&document, &targets, &way, &mut buffers)?;
+    let mut buffers = GltfBuffers { request, blob: blob.take(), read: HashMap::new(), bytes: 0 };
+    let channels = CameraChannels::of(&document, &targets, &way, &mut buffers)?;
     let (first, last) = channels.span();
     let count = ((last - first) * RATE).ceil();
     if count.is_nan() || count + channels.keys.len() as f64 > request.most_rows as f64 {
@@ -108,7 +108,7 @@ struct Keys {
 }
 
 /// Animated nodes above a camera, and the camera itself.
-struct Channels {
+struct CameraChannels {
     /// Translations and rotations by their nodes.
     places: HashMap<usize, Keys>,
     turns: HashMap<usize, Keys>,
@@ -116,8 +116,8 @@ struct Channels {
     keys: Vec<f64>,
 }
 
-impl Channels {
-    fn of(document: &Document, targets: &[Vec<usize>], way: &[Node], buffers: &mut Buffers) -> Result<Self> {
+impl CameraChannels {
+    fn of(document: &Document, targets: &[Vec<usize>], way: &[Node], buffers: &mut GltfBuffers) -> Result<Self> {
         let mut reader = Self { places: HashMap::new(), turns: HashMap::new(), keys: Vec::new() };
         let channels =
             document.animations().zip(targets).flat_map(|(animation, nodes)| animation.channels().zip(nodes).collect::<Vec<_>>());
@@ -156,7 +156,7 @@ impl Channels {
 }
 
 impl Keys {
-    fn of(sampler: &Sampler, dims: usize, buffers: &mut Buffers) -> Result<Self> {
+    fn of(sampler: &Sampler, dims: usize, buffers: &mut GltfBuffers) -> Result<Self> {
         let path = buffers.request.path;
         let mut numbers = |accessor: &Accessor, dims: usize| {
             let bytes = accessor.view().map(|view| buffers.of(&view.buffer())).transpose()?;
@@ -213,7 +213,7 @@ impl Keys {
 }
 
 /// The buffers of a file, each read when it is asked for.
-struct Buffers<'a> {
+struct GltfBuffers<'a> {
     request: &'a Request<'a>,
     /// Binary chunk of a .glb.
     blob: Option<Vec<u8>>,
@@ -225,7 +225,7 @@ struct Buffers<'a> {
 /// Most bytes of all buffers that a camera's path may take.
 const MAX_BYTES: usize = 1 << 30;
 
-impl Buffers<'_> {
+impl GltfBuffers<'_> {
     fn of(&mut self, buffer: &gltf::Buffer) -> Result<&[u8]> {
         let wrong = |message: String| Error::file(self.request.path, message);
         let bytes_of_buffer = match self.read.entry(buffer.index()) {

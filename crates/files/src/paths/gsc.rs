@@ -14,9 +14,9 @@ use barnard::data::TextTable;
 use barnard::error::{Error, Result};
 use barnard::properties::{Origin, Place};
 
-use super::{Reader, Request, table};
+use super::{PathReader, Request, table};
 
-pub(super) const READER: Reader = Reader { extensions: &["gsc"], read };
+pub(super) const READER: PathReader = PathReader { extensions: &["gsc"], read };
 
 /// The unit of lengths [m].
 const UNIT_M: f64 = 1e9;

@@ -21,7 +21,7 @@ pub(crate) struct Request<'a> {
 }
 
 /// One format of paths.
-struct Reader {
+struct PathReader {
     extensions: &'static [&'static str],
     read: Read,
 }
@@ -29,7 +29,7 @@ struct Reader {
 /// Reads a path as a table of text.
 type Read = fn(&Request) -> Result<TextTable>;
 
-const READERS: &[Reader] = &[Reader { extensions: &["gltf", "glb"], read: READ_GLTF }, gsc::READER];
+const READERS: &[PathReader] = &[PathReader { extensions: &["gltf", "glb"], read: READ_GLTF }, gsc::READER];
 
 #[cfg(feature = "gltf")]
 const READ_GLTF: Read = gltf::read;

@@ -12,7 +12,7 @@ use super::{Fitting, Projected, STEP};
 
 /// A parameter as the search has it: without bounds.
 #[derive(Debug, Clone, Copy)]
-enum Way {
+enum SearchWay {
     /// Between two bounds: an arc sine.
     Between(f64, f64),
     /// Above zero: a logarithm.
@@ -21,7 +21,7 @@ enum Way {
     Plain(f64, f64),
 }
 
-impl Way {
+impl SearchWay {
     /// That of a parameter that begins at a value.
     fn of((low, high): (f64, f64), value: f64) -> Self {
         match high - low < f64::INFINITY {
@@ -81,7 +81,8 @@ impl Way {
 impl Fitting<'_> {
     /// The values where Σ r² is least, and whether steps became small.
     pub(super) fn minimised(&mut self, values: &[f64]) -> Result<(Vec<f64>, bool)> {
-        let ways: Vec<(usize, Way)> = self.numbers(false).into_iter().map(|i| (i, Way::of(self.parameters[i].bounds, values[i]))).collect();
+        let ways: Vec<(usize, SearchWay)> =
+            self.numbers(false).into_iter().map(|i| (i, SearchWay::of(self.parameters[i].bounds, values[i]))).collect();
         let start: Vec<f64> = ways.iter().map(|(i, way)| way.inner(values[*i])).collect();
         let mut values = values.to_vec();
         ways.iter().zip(&start).for_each(|((i, way), inner)| values[*i] = way.outer(*inner));
@@ -89,10 +90,10 @@ impl Fitting<'_> {
         if ways.is_empty() {
             return Ok((first.values, true));
         }
-        let problem = Problem { at: DVector::from_vec(start), now: Some(first), refused: false, fitting: RefCell::new(self), ways };
+        let problem = SearchProblem { at: DVector::from_vec(start), now: Some(first), refused: false, fitting: RefCell::new(self), ways };
         let (problem, report) =
             LevenbergMarquardt::new().with_ftol(1e-7).with_xtol(1e-6).with_gtol(1e-9).with_patience(30).minimize(problem);
-        let Problem { now, .. } = problem;
+        let SearchProblem { now, .. } = problem;
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
@@ -102,7 +103,7 @@ impl Fitting<'_> {
 
     /// ∂r/∂x of a parameter that is not linear, x as the search has it, the linear ones following as well as they can: without what they can
     /// take up, the others being as they are (Kaufman 1975, BIT 15, 49).
-    fn slope(&mut self, (i, way): (usize, Way), at: f64, now: &Projected) -> Result<DVector<f64>> {
+    fn slope(&mut self, (i, way): (usize, SearchWay), at: f64, now: &Projected) -> Result<DVector<f64>> {
         let (step, residuals) = self.aside(way.step(at, self.scale(i, now.values[i])), |search, step| {
             let mut other = now.values.clone();
             other[i] = way.outer(at + step);
@@ -116,17 +117,17 @@ impl Fitting<'_> {
 }
 
 /// The parameters that are not linear, as Levenberg–Marquardt moves them.
-struct Problem<'a, 'b> {
+struct SearchProblem<'a, 'b> {
     at: DVector<f64>,
     /// The last values at which the model could be asked; none once the fit has failed.
     now: Option<Projected>,
     /// True if the model cannot be asked where the search is.
     refused: bool,
     fitting: RefCell<&'a mut Fitting<'b>>,
-    ways: Vec<(usize, Way)>,
+    ways: Vec<(usize, SearchWay)>,
 }
 
-impl Problem<'_, '_> {
+impl SearchProblem<'_, '_> {
     /// Residuals of the data at some free parameters.
     fn projected(&self, at: &DVector<f64>, like: &[f64]) -> Result<Projected> {
         let mut fitting = self.fitting.borrow_mut();
@@ -138,7 +139,7 @@ impl Problem<'_, '_> {
     }
 }
 
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_> {
+impl LeastSquaresProblem<f64, Dyn, Dyn> for SearchProblem<'_, '_> {
     type ResidualStorage = Owned<f64, Dyn>;
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
     type ParameterStorage = Owned<f64, Dyn>;

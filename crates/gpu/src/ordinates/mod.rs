@@ -10,7 +10,7 @@ use barnard::control::Control;
 use barnard::plan::ordinates::{EightLanes, Failure, Moments, Orders, Powers, Sweeper, THIN_CELL, Transfer, WIDTH};
 use wgpu::BufferUsages as Use;
 
-use self::numbers::{HEAD, Numbers, beams, beams_of, faces, planes};
+use self::numbers::{HEAD, SweepNumbers, beams, beams_of, faces, planes};
 pub use self::numbers::{PlaneNumbers, TermNumbers};
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
@@ -40,7 +40,7 @@ pub fn source(harmonics: usize, beams: usize) -> String {
 
 /// The entries of the shader.
 #[derive(Debug)]
-struct Pipelines {
+struct SweepPipelines {
     scatter: wgpu::ComputePipeline,
     sweep: wgpu::ComputePipeline,
     add: wgpu::ComputePipeline,
@@ -52,7 +52,7 @@ struct Pipelines {
 pub struct Ordinates {
     gpu: Gpu,
     /// The pipelines that were made, by harmonics and directions.
-    made: Mutex<HashMap<(usize, usize), Arc<Pipelines>>>,
+    made: Mutex<HashMap<(usize, usize), Arc<SweepPipelines>>>,
 }
 
 impl Ordinates {
@@ -66,11 +66,11 @@ impl Ordinates {
         gpu.adapter.real.then(|| Arc::new(Self::new(gpu.clone())) as Arc<dyn Sweeper>)
     }
 
-    fn pipelines(&self, harmonics: usize, beams: usize) -> Arc<Pipelines> {
+    fn pipelines(&self, harmonics: usize, beams: usize) -> Arc<SweepPipelines> {
         let make = || {
             let source = source(harmonics, beams);
             let entry = |entry: &str| self.gpu.pipeline(&source, entry);
-            Arc::new(Pipelines { scatter: entry("scatter"), sweep: entry("sweep"), add: entry("add"), power: entry("power") })
+            Arc::new(SweepPipelines { scatter: entry("scatter"), sweep: entry("sweep"), add: entry("add"), power: entry("power") })
         };
         match self.made.lock() {
             Ok(mut made) => made.entry((harmonics, beams)).or_insert_with(make).clone(),
@@ -99,13 +99,13 @@ impl Sweeper for Ordinates {
 }
 
 /// The work of one plane of a face.
-struct Plane {
+struct FacePlane {
     group: wgpu::BindGroup,
     groups: u32,
 }
 
 /// The buffers that the shader reads and writes, in the order of its bindings.
-struct Buffers {
+struct SweepBuffers {
     terms: wgpu::Buffer,
     planes: wgpu::Buffer,
     sigma: wgpu::Buffer,
@@ -121,10 +121,10 @@ struct Buffers {
     apart: usize,
 }
 
-impl Buffers {
+impl SweepBuffers {
     /// The buffers of a transfer that starts with `first`, and the bytes of what is large.
-    fn new(gpu: &Gpu, transfer: &Transfer, first: &Moments, numbers: &Numbers) -> Result<(Self, u64)> {
-        let Numbers { terms, planes } = numbers;
+    fn new(gpu: &Gpu, transfer: &Transfer, first: &Moments, numbers: &SweepNumbers) -> Result<(Self, u64)> {
+        let SweepNumbers { terms, planes } = numbers;
         let Transfer { cells, scattering, glow, .. } = *transfer;
         let moments = Moments::bytes(cells.lattice.cells(), first.count);
         let widest = cells.lattice.dims.map(|n| cells.lattice.cells() / n).into_iter().max().unwrap_or(0);
@@ -176,23 +176,23 @@ impl Buffers {
 
 struct SweepOnDevice {
     gpu: Gpu,
-    pipelines: Arc<Pipelines>,
+    pipelines: Arc<SweepPipelines>,
     harmonics: usize,
     /// The numbers of the first order, in which alone gas and light from around shine.
     shining: TermNumbers,
-    buffers: Buffers,
+    buffers: SweepBuffers,
     back: Option<wgpu::Buffer>,
     scatter: wgpu::BindGroup,
     add: wgpu::BindGroup,
     power: wgpu::BindGroup,
     /// The planes of each face of the first order, and of all others, in the order of the sweep.
-    planes: [Vec<Vec<Plane>>; 2],
+    planes: [Vec<Vec<FacePlane>>; 2],
     is_first: bool,
     bytes: u64,
 }
 
 impl SweepOnDevice {
-    fn new(gpu: Gpu, pipelines: Arc<Pipelines>, transfer: &Transfer, first: &Moments) -> Result<Self> {
+    fn new(gpu: Gpu, pipelines: Arc<SweepPipelines>, transfer: &Transfer, first: &Moments) -> Result<Self> {
         let Transfer { cells, k, glow, around, .. } = *transfer;
         let shining = TermNumbers {
             k: *k,
@@ -206,13 +206,13 @@ impl SweepOnDevice {
         let dark = TermNumbers { glows: 0, around: [0.0; WIDTH], ..shining };
         let of_face = beams_of(transfer) * (HEAD + 2 * first.count);
         let numbered: Vec<Vec<PlaneNumbers>> = faces(transfer).enumerate().map(|(f, face)| planes(cells, face, f * of_face)).collect();
-        let (buffers, bytes) = Buffers::new(&gpu, transfer, first, &Numbers { terms: dark, planes: numbered.concat() })?;
+        let (buffers, bytes) = SweepBuffers::new(&gpu, transfer, first, &SweepNumbers { terms: dark, planes: numbered.concat() })?;
         let mut number = 0..;
-        let mut plane = |plane: &PlaneNumbers| Plane {
+        let mut plane = |plane: &PlaneNumbers| FacePlane {
             group: buffers.group(&gpu, &pipelines.sweep, &[0, PLANE, 2, 4, 5, 6, 7, 9], number.next().unwrap_or(0)),
             groups: groups((plane.columns * plane.rows) as usize * WIDTH),
         };
-        let mut planes: Vec<Vec<Plane>> = numbered.iter().map(|face| face.iter().map(&mut plane).collect()).collect();
+        let mut planes: Vec<Vec<FacePlane>> = numbered.iter().map(|face| face.iter().map(&mut plane).collect()).collect();
         let others = planes.split_off(transfer.faces[0].len());
         let whole = |pipeline, used| buffers.group(&gpu, pipeline, used, 0);
         let scatter = whole(&pipelines.scatter, &[0, 3, 6, 7]);

@@ -1,6 +1,6 @@
 //! A transfer in numbers, as the shader reads it: eight terms, the planes of each face, and the beams through them.
 
-use barnard::plan::ordinates::{Beam, Cells, EightLanes, Face, Transfer, across, beam};
+use barnard::plan::ordinates::{Beam, EightLanes, Face, SweepCells, Transfer, across, beam};
 use bytemuck::{Pod, Zeroable};
 
 /// Numbers of a beam before its harmonics.
@@ -33,7 +33,7 @@ pub struct PlaneNumbers {
 }
 
 /// The numbers that the shader is told of eight terms, and of each plane of each face.
-pub struct Numbers {
+pub struct SweepNumbers {
     pub terms: TermNumbers,
     pub planes: Vec<PlaneNumbers>,
 }
@@ -49,7 +49,7 @@ pub fn beams_of(transfer: &Transfer) -> usize {
 }
 
 /// The planes of a face, in the order of the sweep; its beams start at number `beams` of all.
-pub fn planes(cells: &Cells, face: &Face, beams: usize) -> Vec<PlaneNumbers> {
+pub fn planes(cells: &SweepCells, face: &Face, beams: usize) -> Vec<PlaneNumbers> {
     let dims = cells.lattice.dims;
     let strides = [1, dims[0], dims[0] * dims[1]];
     let (column, row) = across(face.axis);
@@ -70,7 +70,7 @@ pub fn planes(cells: &Cells, face: &Face, beams: usize) -> Vec<PlaneNumbers> {
 
 /// The beams of a face as the shader reads them, and as many of nothing as make up `room`: their heads, then each
 /// harmonic of all of them, and each quadrature weight.
-pub fn beams(cells: &Cells, face: &Face, room: usize, harmonics: usize) -> Vec<f32> {
+pub fn beams(cells: &SweepCells, face: &Face, room: usize, harmonics: usize) -> Vec<f32> {
     let packed: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
     let of_all = |numbers: &dyn Fn(&Beam) -> f32| packed.iter().map(numbers).chain(std::iter::repeat(0.0)).take(room).collect::<Vec<f32>>();
     let head = |beam: &Beam| beam.shift.map(|shift| shift as f32).into_iter().chain([beam.length_pc]).chain(beam.weights);

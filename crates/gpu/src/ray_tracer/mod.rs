@@ -54,7 +54,7 @@ pub fn source() -> String {
 
 /// The entries of the shader.
 #[derive(Debug)]
-struct Pipelines {
+struct TracerPipelines {
     follow: wgpu::ComputePipeline,
     sum_up: wgpu::ComputePipeline,
 }
@@ -64,7 +64,7 @@ struct Pipelines {
 pub struct IonisingRays {
     /// The device, once it is open, and why there is none.
     gpu: OnceLock<std::result::Result<Gpu, Failing>>,
-    pipelines: OnceLock<Arc<Pipelines>>,
+    pipelines: OnceLock<Arc<TracerPipelines>>,
 }
 
 /// Why there is no device to trace on.
@@ -116,14 +116,14 @@ impl RayTracer for IonisingRays {
         GpuError::too_large("the number of buffers of the shader", BUFFERS, most, INSTEAD).map_err(unable)?;
         let pipelines = self.pipelines.get_or_init(|| {
             let source = source();
-            Arc::new(Pipelines { follow: gpu.pipeline(&source, "follow"), sum_up: gpu.pipeline(&source, "sum_up") })
+            Arc::new(TracerPipelines { follow: gpu.pipeline(&source, "follow"), sum_up: gpu.pipeline(&source, "sum_up") })
         });
-        Ok(Box::new(OnDevice::new(gpu.clone(), pipelines.clone(), task).map_err(unable)?))
+        Ok(Box::new(TurnsOnDevice::new(gpu.clone(), pipelines.clone(), task).map_err(unable)?))
     }
 }
 
 /// The buffers that do not change from star to star.
-struct Buffers {
+struct TracerBuffers {
     voxels: wgpu::Buffer,
     others: wgpu::Buffer,
     sums: wgpu::Buffer,
@@ -147,19 +147,19 @@ struct OfStar {
 }
 
 /// Turns of light on a device.
-struct OnDevice<'a> {
+struct TurnsOnDevice<'a> {
     gpu: Gpu,
-    pipelines: Arc<Pipelines>,
+    pipelines: Arc<TracerPipelines>,
     task: Task<'a>,
-    buffers: Buffers,
+    buffers: TracerBuffers,
     /// Rays that there is room for.
     room: usize,
     /// Bytes of all buffers.
     bytes: u64,
 }
 
-impl<'a> OnDevice<'a> {
-    fn new(gpu: Gpu, pipelines: Arc<Pipelines>, task: Task<'a>) -> Result<Self> {
+impl<'a> TurnsOnDevice<'a> {
+    fn new(gpu: Gpu, pipelines: Arc<TracerPipelines>, task: Task<'a>) -> Result<Self> {
         let (cells, stars, row) = (task.cloud.hydrogen.len() as u64, task.stars.len() as u64, task.row() as u64);
         let room = rays_at_most(task.cloud);
         let sizes = [16 * VOXEL as u64 * cells, 4 * cells, 4 * (row + 1) * cells, RAY * room as u64, 4 * row * cells, 4 * stars * cells];
@@ -176,7 +176,7 @@ impl<'a> OnDevice<'a> {
         let [voxels, others, sums, rays, flux, rates] = sizes;
         let storage = |bytes: u64| gpu.buffer(bytes, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC);
         let generation = |number: usize| gpu.filled(bytemuck::bytes_of(&GenerationNumbers { number: number as u32 }), Use::UNIFORM);
-        let buffers = Buffers {
+        let buffers = TracerBuffers {
             voxels: storage(voxels),
             others: storage(others),
             sums: storage(sums),
@@ -195,7 +195,7 @@ impl<'a> OnDevice<'a> {
 
     /// The bind group of an entry.
     fn group(&self, pipeline: &wgpu::ComputePipeline, used: &[u32], star: &OfStar, generation: usize) -> wgpu::BindGroup {
-        let Buffers { voxels, others, sums, rays, counters, flux, rates, all_rates, generations, .. } = &self.buffers;
+        let TracerBuffers { voxels, others, sums, rays, counters, flux, rates, all_rates, generations, .. } = &self.buffers;
         let (coming, going) = (&rays[generation % 2], &rays[(generation + 1) % 2]);
         let number = &generations[generation];
         let all = [&star.numbers, number, &star.spectrum, voxels, others, sums, coming, going, counters, flux, rates, all_rates];
@@ -226,7 +226,7 @@ impl<'a> OnDevice<'a> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("ionising light"), ..Default::default() });
-            let Pipelines { follow, sum_up } = &*self.pipelines;
+            let TracerPipelines { follow, sum_up } = &*self.pipelines;
             pass.set_pipeline(follow);
             for generation in 0..star.generations {
                 pass.set_bind_group(0, &self.group(follow, &FOLLOWS, &star, generation), &[]);
@@ -275,7 +275,7 @@ impl<'a> OnDevice<'a> {
                 return Ok(None);
             }
         }
-        let Buffers { flux, rates, back, .. } = &mut self.buffers;
+        let TracerBuffers { flux, rates, back, .. } = &mut self.buffers;
         self.gpu.read_as(flux, flux.size(), back, |bytes| light.flux.copy_from_slice(bytemuck::cast_slice(bytes)))?;
         self.gpu.read_as(rates, rates.size(), back, |bytes| {
             let all: &[f32] = bytemuck::cast_slice(bytes);
@@ -285,7 +285,7 @@ impl<'a> OnDevice<'a> {
     }
 }
 
-impl Turns for OnDevice<'_> {
+impl Turns for TurnsOnDevice<'_> {
     fn next(&mut self, voxels: Option<&[Voxel]>, light: &mut Light, listener: Listener) -> std::result::Result<Vec<f64>, Failure> {
         self.turn(voxels, light, listener).map_err(unable)?.ok_or(Failure::Stopped)
     }

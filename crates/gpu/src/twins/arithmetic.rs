@@ -3,7 +3,7 @@
 use super::agree;
 use super::plan;
 use crate::forms::FORMS;
-use crate::layout::Layout;
+use crate::layout::ShaderLayout;
 use crate::layout::quads;
 use crate::test_device::device;
 use barnard::packet;
@@ -29,7 +29,7 @@ fn arithmetic() {
         vec![spectra::rule::mean_transmittance(from, to)]
     });
     agree(&gpu, plan, "let c = cell(x[0], 7.0); y[0] = c.x + c.y; y[1] = c.x;", &[(-2.0, 9.0)], 1e-6, |x| {
-        let packet::Place { cell, fraction } = packet::place(x[0] as f32, 7);
+        let packet::RowPlace { cell, fraction } = packet::place(x[0] as f32, 7);
         vec![f64::from(cell as f32 + fraction), f64::from(cell)]
     });
     agree(&gpu, plan, "y[0] = ln(x[0]) / 10.0;", &[(1e-6, 90.0)], 1e-6, |x| vec![x[0].ln() / 10.0]);
@@ -141,7 +141,7 @@ fn forms() {
         ("name = \"analytic\"\ndegree = 2\naccuracy = 0.02", 2e-3),
     ] {
         let plan = &plan(method);
-        compared.push(Layout::new(plan, quads(plan, 0), false).unwrap().shape.form.name);
+        compared.push(ShaderLayout::new(plan, quads(plan, 0), false).unwrap().shape.form.name);
         let weights = barnard::plan::Weights::new(plan);
         for (row, light) in [(1, weights.scattered[1].light), (2, weights.emitted[0].light)] {
             // Weights are tiny numbers in their own units: each band in parts of its F(0).

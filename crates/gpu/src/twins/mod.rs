@@ -9,15 +9,15 @@ use barnard::plan::Planned;
 
 use crate::Gpu;
 use crate::fixtures::{plan_of, scene};
-use crate::frame::{Pass, Patience, Rows, Strip};
-use crate::layout::{Layout, quads};
+use crate::frame::{FrameRows, Pass, Patience, Strip};
+use crate::layout::{ShaderLayout, quads};
 use crate::resources::{Volumes, constants};
 use crate::shader::source;
 use crate::shader_constants::Pauses;
 
 /// Numbers in and out of a function.
 const ARGUMENTS: usize = 8;
-type Numbers = [f32; ARGUMENTS];
+type Arguments = [f32; ARGUMENTS];
 
 /// A cloud of dust with two stars, and gas at its border, by `method`.
 fn plan(method: &str) -> Planned {
@@ -58,9 +58,9 @@ fn bind_group_layouts(gpu: &Gpu, quads: usize) -> [wgpu::BindGroupLayout; 2] {
 }
 
 /// The numbers that `body` makes of each x on the device: it reads `x` and writes `y`.
-fn evaluated(gpu: &Gpu, plan: &Planned, body: &str, asked: &[Numbers]) -> Vec<Numbers> {
+fn evaluated(gpu: &Gpu, plan: &Planned, body: &str, asked: &[Arguments]) -> Vec<Arguments> {
     use wgpu::BufferUsages as Use;
-    let mut layout = Layout::new(plan, quads(plan, 0), false).unwrap();
+    let mut layout = ShaderLayout::new(plan, quads(plan, 0), false).unwrap();
     // Functions that ask for a sample in the middle of a segment are given one.
     layout.shape.middles = true;
     let volumes = Volumes::new(gpu, plan, &layout, &[]);
@@ -85,7 +85,7 @@ fn evaluated(gpu: &Gpu, plan: &Planned, body: &str, asked: &[Numbers]) -> Vec<Nu
         cache: None,
     });
     let whole = Strip { first: 0, count: 32 };
-    let rows = Rows { strip: whole, stored: whole };
+    let rows = FrameRows { strip: whole, stored: whole };
     let frame = gpu.filled(bytemuck::bytes_of(&layout.frame.of(rows, &Pass::WHOLE, Patience::FULL, false)), Use::UNIFORM);
     let tables = gpu.filled(bytemuck::cast_slice(&layout.tables), Use::STORAGE);
     let constants = constants(gpu, &layout);
@@ -111,7 +111,7 @@ fn evaluated(gpu: &Gpu, plan: &Planned, body: &str, asked: &[Numbers]) -> Vec<Nu
 }
 
 /// Arguments that fill their ranges evenly.
-fn arguments(ranges: &[(f64, f64)]) -> Vec<Numbers> {
+fn arguments(ranges: &[(f64, f64)]) -> Vec<Arguments> {
     // Powers of the inverse of a number between 1 and 2 that no polynomial of low degree has as its root.
     let part = |i: usize, axis: usize| (0.5 + (i + 1) as f64 * 1.17f64.powi(-(axis as i32) - 1)).fract();
     let sample = |i: usize| {
@@ -130,7 +130,7 @@ fn agree(gpu: &Gpu, plan: &Planned, body: &str, ranges: &[(f64, f64)], tolerance
     let asked = arguments(ranges);
     let values = evaluated(gpu, plan, body, &asked);
     let worst = |argument: Option<usize>| {
-        let difference = |(x, y): (&Numbers, &Numbers)| {
+        let difference = |(x, y): (&Arguments, &Arguments)| {
             let mut x = x.map(f64::from);
             if let Some(i) = argument {
                 x[i] *= 1.25;

@@ -1,7 +1,7 @@
 //! Rays, boxes, volumes and noise of both.
 
 use super::ARGUMENTS;
-use super::Numbers;
+use super::Arguments;
 use super::agree;
 use super::arguments;
 use super::plan;
@@ -29,19 +29,19 @@ fn rays_and_boxes() {
         [origin.to_array(), ray.direction.to_array()].concat()
     });
     let seen = plan.camera();
-    let part = seen.clone().equirectangular(48).crop(3, 2, 40, 20).unwrap();
-    let two = |camera: Camera| camera.stereo(Stereo::new(0.4, 3.0)).eyes().unwrap();
-    let [left, _] = two(seen.clone().equirectangular(48));
-    let [_, right] = two(seen.clone().fisheye_deg(180.0, 30.0));
+    let part = seen.clone().with_equirectangular(48).crop(3, 2, 40, 20).unwrap();
+    let two = |camera: Camera| camera.with_stereo(Stereo::new(0.4, 3.0)).eyes().unwrap();
+    let [left, _] = two(seen.clone().with_equirectangular(48));
+    let [_, right] = two(seen.clone().with_fisheye_deg(180.0, 30.0));
     // Of no shape that a sphere has: above and below is nothing.
-    let square = seen.clone().equirectangular(48).size(48, 48);
+    let square = seen.clone().with_equirectangular(48).with_size(48, 48);
     for camera in [
         square,
         left,
         right,
-        seen.clone().fisheye_deg(180.0, 30.0),
-        seen.clone().fisheye_deg(340.0, 90.0),
-        seen.clone().equirectangular(48),
+        seen.clone().with_fisheye_deg(180.0, 30.0),
+        seen.clone().with_fisheye_deg(340.0, 90.0),
+        seen.clone().with_equirectangular(48),
         part,
     ] {
         let plan = &seen_from(plan, camera);
@@ -56,7 +56,7 @@ fn rays_and_boxes() {
     }
     // Directions jump from one face of a cube to the next.
     for face in 0..6 {
-        let plan = &seen_from(plan, seen.clone().cubemap(16));
+        let plan = &seen_from(plan, seen.clone().with_cubemap(16));
         let rows = (16.0 * f64::from(face) + 0.01, 16.0 * f64::from(face) + 15.99);
         agree(&gpu, plan, body, &[(0.0, 16.0), rows], 2e-6, |x| {
             let ray = plan.camera().ray(x[0], x[1]);
@@ -83,7 +83,7 @@ fn volumes_and_bricks() {
     let within = [(-0.9, 0.9); 3];
     // Real devices weigh voxels in 256ths: they read what stands up to half of that beside a place, on each axis.
     let beside = volumes[0].lattice.voxel_pc() / 512.0;
-    let rounded = |x: &Numbers| {
+    let rounded = |x: &Arguments| {
         let p = place(&x.map(f64::from));
         let moved =
             |channel: usize, axis: DVec3| [axis, -axis].map(|d| (volumes[0].at(channel, p + d * beside) - volumes[0].at(channel, p)).abs());

@@ -97,7 +97,7 @@ albedo = 0.6
     let second = STAR.replace("0.2 0.5 0.3", "-0.3 -0.2 0.1").replace("9000 K", "4000 K");
     let made = |place: &str| {
         let scene = parsed(&format!("{CAMERA}{cloud}{second}{}[method]\nbake = 40\n", STAR.replace("0.2 0.5 0.3", place)));
-        let camera = scene.camera.clone().size(12, 12);
+        let camera = scene.camera.clone().with_size(12, 12);
         let scene = scene.with_camera(camera);
         let options = Options::within(DEFAULT_LIMIT);
         Planner::new(&options).with_quality(Quality::Fixed(40)).plan(&scene, None, &Control::default()).unwrap().with_stepping(FINE)
@@ -167,7 +167,7 @@ sparse = "{sparse}"
 fn passes_settle() {
     let gpu = device();
     let scene = parsed(&format!("{CAMERA}{DUST}{STAR}[method]\nbake = 24\n"));
-    let scene = scene.clone().with_camera(scene.camera.clone().supersampling(12));
+    let scene = scene.clone().with_camera(scene.camera.clone().with_supersampling(12));
     let plan = plan(&scene, 24);
     let truth = cpu::radiance(&plan, &Control::default()).unwrap().0;
     let mut renderer = DeviceMarch::new(&gpu, &plan, Tuning::default()).unwrap();

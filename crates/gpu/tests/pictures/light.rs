@@ -17,7 +17,7 @@ pub const FINE: Stepping = Stepping::PerVoxel(10.0);
 /// Plan of a scene whose picture is `edge` pixels wide.
 pub fn plan(scene: &Scene, edge: usize) -> Planned {
     let shape = scene.camera.height as f64 / scene.camera.width as f64;
-    let scene = scene.clone().with_camera(scene.camera.clone().size(edge, (edge as f64 * shape) as usize));
+    let scene = scene.clone().with_camera(scene.camera.clone().with_size(edge, (edge as f64 * shape) as usize));
     let options = Options::within(DEFAULT_LIMIT);
     Planner::new(&options).plan(scene, None, &Control::default()).unwrap()
 }

@@ -308,12 +308,12 @@ radiance = "1e-9 W/m2/sr/um"
     let scene = parsed(&format!("{camera}{DUST}{STAR}{background}"));
     let planned = plan(&scene, 24).with_stepping(FINE);
     let camera = planned.camera().clone();
-    let dome = camera.clone().fisheye_deg(200.0, 40.0);
-    let part = camera.clone().equirectangular(40).crop(9, 3, 24, 11).unwrap();
+    let dome = camera.clone().with_fisheye_deg(200.0, 40.0);
+    let part = camera.clone().with_equirectangular(40).crop(9, 3, 24, 11).unwrap();
     let mut pictures = Vec::new();
     // Other shapes than a sphere's and a cube's have nothing beside them.
-    let others = [camera.clone().equirectangular(40).size(40, 30), camera.clone().cubemap(9).size(9, 70)];
-    let usual = [dome.clone().supersampling(2), dome, camera.clone().equirectangular(40), part, camera.cubemap(9)];
+    let others = [camera.clone().with_equirectangular(40).with_size(40, 30), camera.clone().with_cubemap(9).with_size(9, 70)];
+    let usual = [dome.clone().with_supersampling(2), dome, camera.clone().with_equirectangular(40), part, camera.with_cubemap(9)];
     for camera in usual.into_iter().chain(others) {
         let mut plan = planned.clone();
         plan.look_from(camera, &Control::default()).unwrap();

@@ -14,7 +14,7 @@ const EXCITED_EV: [f64; 2] = [10.199, 12.088];
 
 /// Tabulated recombination, multiplied by √T.
 #[derive(Debug, Clone, Copy)]
-enum Column {
+enum RecombinationColumn {
     ToGround = 1,
     ToExcited = 2,
     CoolingToGround = 3,
@@ -41,28 +41,28 @@ impl Hydrogen {
 
     /// Recombination to the ground level of a nucleus of charge `z` that has no electron \[cm³ s⁻¹\], at a temperature in K.
     pub fn to_ground(&self, temperature: f64, z: f64) -> f64 {
-        z * self.of(Column::ToGround, temperature / (z * z))
+        z * self.of(RecombinationColumn::ToGround, temperature / (z * z))
     }
 
     /// Recombination to all levels but the ground (case B) of a nucleus of charge `z` that has no electron \[cm³ s⁻¹\].
     pub fn case_b(&self, temperature: f64, z: f64) -> f64 {
-        z * self.of(Column::ToExcited, temperature / (z * z))
+        z * self.of(RecombinationColumn::ToExcited, temperature / (z * z))
     }
 
     /// The kinetic energy that case B takes from electrons of density one and such nuclei of density one
     /// \[erg cm³ s⁻¹\].
     pub fn case_b_cooling(&self, temperature: f64, z: f64) -> f64 {
-        z * self.of(Column::CoolingToExcited, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
+        z * self.of(RecombinationColumn::CoolingToExcited, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
     }
 
     /// Kinetic energy loss by recombination to the ground level of a nucleus of charge `z`, per electron and nucleus \[erg cm³ s⁻¹\].
     pub fn to_ground_cooling(&self, temperature: f64, z: f64) -> f64 {
-        z * self.of(Column::CoolingToGround, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
+        z * self.of(RecombinationColumn::CoolingToGround, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
     }
 
     /// Energy of bremsstrahlung beside ions of charge `z` \[erg cm³ s⁻¹\].
     pub fn free_free(&self, temperature: f64, z: f64) -> f64 {
-        z * self.of(Column::FreeFree, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
+        z * self.of(RecombinationColumn::FreeFree, temperature / (z * z)) * BOLTZMANN_EV * ERG_PER_EV * temperature
     }
 
     /// Energy of the lines that electrons excite in H⁰ \[erg cm³ s⁻¹\].
@@ -82,7 +82,7 @@ impl Hydrogen {
         2.91e-8 * u.powf(0.39) * (-u).exp() / (0.232 + u)
     }
 
-    fn of(&self, column: Column, temperature: f64) -> f64 {
+    fn of(&self, column: RecombinationColumn, temperature: f64) -> f64 {
         interpolated(&self.recombination[0], &self.recombination[column as usize], temperature.log10()) / temperature.sqrt()
     }
 }

@@ -1,7 +1,7 @@
 //! A dense clump beside a star, in hydrogen of one temperature.
 
 use glam::DVec3;
-use ionisation::balance::{Diffuse, Gas, State};
+use ionisation::balance::{Diffuse, Gas, GasState};
 use ionisation::cloud::{Cloud, Quantity, Settings, Star};
 use ionisation::light::IonisingLight;
 
@@ -44,7 +44,7 @@ impl Clump {
     /// Neutral parts as beams find them.
     pub fn by_beams(&self, diffuse: Diffuse) -> Vec<f64> {
         let light = IonisingLight::blackbody(STAR.temperature, STAR.photons);
-        let ionised = |_: &Gas, state: &State| state.fractions[0][1];
+        let ionised = |_: &Gas, state: &GasState| state.fractions[0][1];
         let settings = Settings { diffuse, isothermal: Some(TEMPERATURE), ..Settings::default() };
         let star = Star { place: STAR.place, light: &light };
         let asked = [Quantity { most: 1.0, value: &ionised }];

@@ -113,14 +113,14 @@ impl Keyframes {
     /// Those of a file, whose lengths are in units of so many parsecs where it says none.
     pub fn of_file(section: &Section, file: &str, unit_pc: f64, inputs: &Inputs) -> Result<Self> {
         let table = section.wrap("file", inputs.table(file, MAX_ROWS))?;
-        let columns = Columns::of(&table, &inputs.label(file))?;
+        let columns = PathColumns::of(&table, &inputs.label(file))?;
         let mut keyframes = Self::default();
         for (line, cells) in &table.rows {
-            let number = |column: &Column| columns.number(cells, column, *line);
+            let number = |column: &PathColumn| columns.number(cells, column, *line);
             let time = number(&columns.time)?;
             keyframes.begin(time).map_err(|message| columns.wrong(*line, "time", message))?;
             for (vector, vector_columns) in &columns.vectors {
-                let scale = |column: &Column| if vector.is_place { column.size.unwrap_or(unit_pc) } else { 1.0 };
+                let scale = |column: &PathColumn| if vector.is_place { column.size.unwrap_or(unit_pc) } else { 1.0 };
                 // Empty cells say nothing.
                 if vector_columns.iter().all(|column| columns.is_empty(cells, column)) {
                     continue;
@@ -195,7 +195,7 @@ impl Keyframes {
 }
 
 /// A column that is read.
-struct Column {
+struct PathColumn {
     index: usize,
     name: String,
     unit: Option<String>,
@@ -204,31 +204,31 @@ struct Column {
 }
 
 /// The columns of a file.
-struct Columns {
+struct PathColumns {
     file: String,
-    time: Column,
-    vectors: Vec<(&'static Vector, Vec<Column>)>,
-    others: Vec<(&'static KeyRow, Column)>,
+    time: PathColumn,
+    vectors: Vec<(&'static Vector, Vec<PathColumn>)>,
+    others: Vec<(&'static KeyRow, PathColumn)>,
 }
 
-impl Columns {
+impl PathColumns {
     fn of(table: &TextTable, file: &str) -> Result<Self> {
         let wrong = |key: &str, message: String| wrong(file, table.line, key, message);
         let all: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
         let column = |name: &str| {
             let index = all.iter().position(|(known, _)| known == name)?;
-            Some(Column { index, name: name.to_owned(), unit: all[index].1.map(str::to_owned), size: None })
+            Some(PathColumn { index, name: name.to_owned(), unit: all[index].1.map(str::to_owned), size: None })
         };
-        let sized = |column: Column, size: fn(&str) -> Option<f64>, example: &str| {
+        let sized = |column: PathColumn, size: fn(&str) -> Option<f64>, example: &str| {
             let Some(unit) = column.unit.clone() else { return Ok(column) };
             let size = size(&unit).ok_or_else(|| wrong(&column.name, format!("unknown unit \"{unit}\"; write it like \"{example}\"")))?;
-            Ok::<_, Error>(Column { size: Some(size), ..column })
+            Ok::<_, Error>(PathColumn { size: Some(size), ..column })
         };
         let missing = || wrong("time", format!("has no column \"time [s]\", only {}", table.columns.join(", ")));
         let time = sized(column("time").ok_or_else(missing)?, Time::unit_size, "time [s]")?;
         let mut vectors = Vec::new();
         for vector in &VECTORS {
-            let vector_columns: Vec<Column> = vector.columns.iter().filter_map(|name| column(name)).collect();
+            let vector_columns: Vec<PathColumn> = vector.columns.iter().filter_map(|name| column(name)).collect();
             if vector_columns.is_empty() {
                 continue;
             }
@@ -250,7 +250,9 @@ impl Columns {
         }
         let mut others = Vec::new();
         for key in of_camera() {
-            if let Some(column) = column(key.name).filter(|_| !others.iter().any(|(known, _): &(&KeyRow, Column)| known.name == key.name)) {
+            if let Some(column) =
+                column(key.name).filter(|_| !others.iter().any(|(known, _): &(&KeyRow, PathColumn)| known.name == key.name))
+            {
                 others.push((key, column));
             }
         }
@@ -277,12 +279,12 @@ impl Columns {
     }
 
     /// True if the cell says nothing.
-    fn is_empty(&self, cells: &[String], column: &Column) -> bool {
+    fn is_empty(&self, cells: &[String], column: &PathColumn) -> bool {
         cells.get(column.index).is_none_or(String::is_empty)
     }
 
     /// The number in a cell; a time in seconds.
-    fn number(&self, cells: &[String], column: &Column, line: usize) -> Result<f64> {
+    fn number(&self, cells: &[String], column: &PathColumn, line: usize) -> Result<f64> {
         let cell = cells.get(column.index).map_or("", String::as_str);
         let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
         let number = number.ok_or_else(|| self.wrong(line, &column.name, format!("\"{cell}\" is not a number")))?;

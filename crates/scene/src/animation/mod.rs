@@ -15,12 +15,11 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use spectra::units::{Angle, Time};
 
-pub use curve::INTERPOLATIONS;
+pub use curve::{INTERPOLATIONS, Interpolation};
 pub(crate) use keyframes::KEYFRAME as PATH_KEYFRAME;
 pub(crate) use path::KEYS as PATH;
 pub use track::Track;
 
-use self::curve::Interpolation;
 use self::path::CameraPath;
 use crate::data::Inputs;
 use crate::error::{Error, Result};
@@ -38,9 +37,9 @@ pub(crate) fn check_path(section: &Section, inputs: &Inputs) -> Result<()> {
 }
 
 /// List of values of any type.
-enum Values {}
+enum AnyValues {}
 
-impl ValueType for Values {
+impl ValueType for AnyValues {
     const TYPE: Type = Type::Other("list of values");
     type Value<'a> = &'a [Property];
     fn read<'a>(entry: &Entry<'a, '_>) -> Result<&'a [Property]> {
@@ -55,9 +54,10 @@ const OF: Key<Text, Required> =
     Key::text("of", "animated key, such as \"star[0].temperature\" (of the first star) or \"display.white\"").required();
 const TIMES: Key<Quantities<Time>, Required> =
     Key::quantities("times", "ascending times of `values`").required().example("[\"0 s\", \"4 s\"]");
-const VALUES: Key<Values, Required> = Key::<Values>::new("values", "values at these times, written like the key itself, all in one unit")
-    .required()
-    .example("[\"5000 K\", \"9000 K\"]");
+const VALUES: Key<AnyValues, Required> =
+    Key::<AnyValues>::new("values", "values at these times, written like the key itself, all in one unit")
+        .required()
+        .example("[\"5000 K\", \"9000 K\"]");
 const INTERPOLATION: Key<Choice<Interpolation>, OrDefault> =
     Key::choice("interpolation", "interpolation between values").default("bezier").of("interpolations");
 const FRAMES_PER_SECOND: Key<Number, OrDefault> =
@@ -100,6 +100,20 @@ const FASTEST: f64 = 1e6;
 const MOST_FRAMES: f64 = 1e6;
 
 impl Frames {
+    /// Frames from 0 s to `duration` \[s\], numbered from 1, with a shutter that shuts at once.
+    ///
+    /// # Errors
+    /// If there are no frames, or more than a million.
+    pub fn new(per_second: f64, duration: f64) -> Result<Self> {
+        // Rounding does not take the last frame away.
+        let count = (duration * per_second + 1e-6).floor() + 1.0;
+        if !(per_second > 0.0 && (1.0..=MOST_FRAMES).contains(&count)) {
+            let value = format!("{duration} s at {per_second} frames per second");
+            return Err(Error::out_of_range("duration of a sequence", value, format!("1 to {MOST_FRAMES:e} frames")));
+        }
+        Ok(Self { per_second, first: 1, count: count as u64, shutter: 0.0, moments: 1 })
+    }
+
     /// Frame keywords of an image, such as FRAME and FRAMTIME of FITS.
     pub fn stamp(&self, frame: i64, image: &mut Image) {
         let time_s = self.time(frame);
@@ -142,6 +156,22 @@ pub struct Timeline {
 }
 
 impl Timeline {
+    /// Timeline without changes.
+    pub fn new(frames: Frames) -> Self {
+        Self { path: None, tracks: Vec::new(), frames, solved_every: Arc::default() }
+    }
+
+    /// Adds the values of a key of the scene, such as `star[0].temperature`, over time.
+    ///
+    /// # Errors
+    /// If the key defines the animation itself.
+    pub fn with_track(mut self, key: &str, track: Track) -> Result<Self> {
+        let property = Property { value: Value::Text(key.into()), origin: None };
+        check_target(key).map_err(|message| wrong(self.tracks.len(), &property, message))?;
+        self.tracks.push((key.to_owned(), track, property));
+        Ok(self)
+    }
+
     /// Animation of a scene, if any.
     ///
     /// # Errors
@@ -209,15 +239,19 @@ fn wrong(number: usize, property: &Property, message: String) -> Error {
     Error::Scene { message, place }
 }
 
+/// # Errors
+/// In words, if a key defines the animation and cannot be animated.
+fn check_target(key: &str) -> std::result::Result<(), String> {
+    let names: Vec<&str> = key.split(['.', '[']).collect();
+    let defines = TABLES.contains(&names[0]) || names[..names.len().min(2)] == ["camera", "path"];
+    if defines { Err(format!("\"{key}\" defines the animation and cannot be animated")) } else { Ok(()) }
+}
+
 /// Reads `[[animation]]`.
 fn track(section: &Section) -> Result<(String, Track, Property)> {
     section.check(TRACK)?;
     let target = section.read(&OF)?;
-    if TABLES.iter().any(|table| target == *table || target.starts_with(&format!("{table}.")) || target.starts_with(&format!("{table}[")))
-        || target.starts_with("camera.path")
-    {
-        return Err(section.error(&OF, format!("\"{target}\" defines the animation and cannot be animated")));
-    }
+    check_target(target).map_err(|message| section.error(&OF, message))?;
     let (times, values) = (section.read(&TIMES)?, section.read(&VALUES)?);
     if times.len() != values.len() || times.is_empty() {
         let message = format!("{} times have {} values; give one value per time", times.len(), values.len());
@@ -245,19 +279,10 @@ fn frames(section: Option<&Section>, end: f64) -> Result<Frames> {
     let per_second = section.read(&FRAMES_PER_SECOND)?;
     let duration = section.read(&DURATION)?.map_or(end, |time| time.0);
     let shutter = section.read(&SHUTTER)?.0 / TAU;
-    // Rounding does not take the last frame away.
-    let count = (duration * per_second + 1e-6).floor() + 1.0;
-    if !(1.0..=MOST_FRAMES).contains(&count) {
-        return Err(section.error(
-            "duration",
-            format!("{duration} s at {per_second} frames per second is out of range; a sequence must have 1 to {MOST_FRAMES:e} frames"),
-        ));
-    }
     Ok(Frames {
-        per_second,
         first: section.read(&FIRST_FRAME)?,
-        count: count as u64,
         shutter: shutter.min(1.0),
         moments: section.read(&SHUTTER_MOMENTS)?,
+        ..section.wrap(&DURATION, Frames::new(per_second, duration))?
     })
 }

@@ -25,23 +25,23 @@ pub struct Array {
 
 /// Header of an array in a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Layout {
+pub struct ArrayHeader {
     /// Lengths of the axes, in the file's order of indices.
     pub shape: [usize; 3],
     /// Metadata of its values and axes, if its format supports them.
-    pub frame: Option<Frame>,
+    pub frame: Option<ArrayFrame>,
 }
 
-impl Layout {
+impl ArrayHeader {
     /// All of the array.
-    pub fn whole(&self) -> Part {
-        Part { ranges: self.shape.map(|n| 0..n), every: 1, clip: false, blocking: None }
+    pub fn whole(&self) -> ArrayPart {
+        ArrayPart { ranges: self.shape.map(|n| 0..n), every: 1, clip: false, blocking: None }
     }
 }
 
 /// The part of an array that is read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct ArrayPart {
     /// Elements along each axis, in the file's order of indices.
     pub ranges: [Range<usize>; 3],
     /// So many elements along each axis become one, their mean; what is missing at the upper ends counts as zero.
@@ -52,7 +52,7 @@ pub struct Part {
     pub blocking: Option<Blocking>,
 }
 
-impl Part {
+impl ArrayPart {
     /// Lengths of the axes of what is read.
     pub fn shape(&self) -> [usize; 3] {
         std::array::from_fn(|axis| self.ranges[axis].len().div_ceil(self.every))
@@ -65,7 +65,7 @@ impl Part {
 }
 
 /// Chooses what of an array is read, once its file has said what it has.
-pub type Choose<'a> = &'a mut dyn FnMut(&Layout) -> Result<Part>;
+pub type Choose<'a> = &'a mut dyn FnMut(&ArrayHeader) -> Result<ArrayPart>;
 
 /// Numbers in the precision that their file has, and no more: large arrays are mostly single.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,7 +74,7 @@ pub enum Numbers {
     Single(Shared<f32>),
     /// Numbers that need more.
     Double(Shared<f64>),
-    /// Blocks of a grid, along x, y and z, where a [`Part`] asks for them.
+    /// Blocks of a grid, along x, y and z, where a [`ArrayPart`] asks for them.
     Blocks(Blocks),
 }
 
@@ -142,7 +142,7 @@ pub const AXIS_ORDERS: [&str; 6] = ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"];
 
 /// Metadata of an array in a file.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Frame {
+pub struct ArrayFrame {
     /// The axes by name, in the order of the array's indices: one of [`AXIS_ORDERS`].
     pub order: &'static str,
     /// Unit of the values, as it is written.

@@ -73,7 +73,7 @@ mod tests {
         assert!(short.check_filters(&[band("jwst-nircam-f200w")]).is_ok() && short.check_filters(&[band("jwst-nircam-f444w")]).is_err());
         assert!(Instrument::of_aperture(1.0).check_filters(&[band("johnson-V")]).is_ok());
         // One's own curve is one's own filter.
-        let measured = Passband::by_name("johnson-V").unwrap().renamed("my V");
+        let measured = Passband::by_name("johnson-V").unwrap().with_name("my V");
         assert!(instrument.check_filters(&[measured]).is_ok());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::psf::View;
+use super::psf::OpticsView;
 use super::{Detector, Instrument, PointSpread, Sky};
 use crate::error::Result;
 use crate::image::Band;
@@ -11,13 +11,13 @@ use crate::image::convolution::{Spread, reach};
 /// Point-spread functions of one instrument: worked out once for each passband, and again where optics or pixels change.
 #[derive(Debug, Clone, Default)]
 pub struct Kernels {
-    known: Vec<Kept>,
+    known: Vec<CachedKernel>,
     limit: u64,
 }
 
 /// A kernel, and what it is of; none where pixels are too wide to tell.
 #[derive(Debug, Clone)]
-struct Kept {
+struct CachedKernel {
     inputs: KernelInputs,
     spread: Option<Arc<Spread>>,
 }
@@ -54,8 +54,8 @@ impl Kernels {
         let entry = match self.known.iter().position(|known| known.inputs == inputs) {
             Some(known) => self.known.remove(known),
             None => {
-                let kernel = psf.kernel(&View { instrument, band, pixel_rad, reach: reach(size[0].max(size[1])) })?;
-                Kept { inputs, spread: kernel.map(|kernel| Arc::new(Spread::new(&kernel, size[0], size[1]))) }
+                let kernel = psf.kernel(&OpticsView { instrument, band, pixel_rad, reach: reach(size[0].max(size[1])) })?;
+                CachedKernel { inputs, spread: kernel.map(|kernel| Arc::new(Spread::new(&kernel, size[0], size[1]))) }
             }
         };
         if let Some(spread) = &entry.spread {

@@ -69,14 +69,14 @@ const SAME: f64 = 1e-6;
 const MOST_CHARGES: f64 = 1e8;
 
 /// Layout of a detector on a picture.
-pub(super) struct Layout {
+pub(super) struct DetectorLayout {
     pub below: Pixels,
     pub pixels: Pixels,
     pub squares: Squares,
     pub mosaic: Option<[usize; 4]>,
 }
 
-impl Layout {
+impl DetectorLayout {
     pub(super) fn new(instrument: &Instrument, image: &Image, bands: &[Passband]) -> Result<Self> {
         instrument.check()?;
         instrument.check_filters(bands)?;

@@ -35,7 +35,7 @@ const LEAST: f64 = 1.0;
 
 /// A pixel of the master: radiance and its variance, and flags.
 #[derive(Debug, Clone, Copy, Default)]
-struct Combined {
+struct MasterPixel {
     radiance: f64,
     variance: f64,
     flags: u8,
@@ -111,14 +111,14 @@ impl Exposures {
     pub fn master(&self, control: &Control) -> Result<Image> {
         let (count, bands) = (self.pixels.count(), self.bands.len());
         let planes = self.planes().len();
-        let all: Vec<Vec<Combined>> = (0..planes)
+        let all: Vec<Vec<MasterPixel>> = (0..planes)
             .map(|plane| self.combined(plane, &control.part(plane as f64 / planes as f64, (plane + 1) as f64 / planes as f64)))
             .collect::<Result<_>>()?;
-        let combined: Vec<Vec<Combined>> = match self.mosaic {
+        let combined: Vec<Vec<MasterPixel>> = match self.mosaic {
             Some(_) => (0..bands).map(|band| self.interpolated(&all[0], band)).collect(),
             None => all,
         };
-        let flat = |value: fn(&Combined) -> f64| combined.iter().flatten().map(move |pixel| value(pixel) as f32);
+        let flat = |value: fn(&MasterPixel) -> f64| combined.iter().flatten().map(move |pixel| value(pixel) as f32);
         let samples: Vec<f32> = flat(|pixel| pixel.radiance).chain(flat(|pixel| pixel.variance.sqrt())).collect();
         let mask: Vec<f32> = flat(|pixel| f64::from(pixel.flags)).collect();
         debug_assert_eq!(samples.len(), 2 * bands * count, "radiances and errors");
@@ -131,7 +131,7 @@ impl Exposures {
     }
 
     /// All pixels of a plane.
-    fn combined(&self, plane: usize, control: &Control) -> Result<Vec<Combined>> {
+    fn combined(&self, plane: usize, control: &Control) -> Result<Vec<MasterPixel>> {
         let frames = self.instrument.frames;
         let hits: Vec<Vec<(usize, f64)>> =
             (0..frames).into_par_iter().map(|frame| control.check().map(|()| self.hits(plane, frame))).collect::<Result<_>>()?;
@@ -145,17 +145,17 @@ impl Exposures {
                 let counts = hits.iter().enumerate().map(|(frame, hits)| self.count(plane, frame, pixel, charge(hits, pixel)));
                 self.pixel(self.band_of(plane, pixel), pixel, counts, &mut electrons)
             };
-            let pixels: Vec<Combined> = (0..width).map(pixel).collect();
+            let pixels: Vec<MasterPixel> = (0..width).map(pixel).collect();
             let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
             control.report(Stage::Frames, done, height as u64);
             Ok(pixels)
         };
-        let rows: Vec<Vec<Combined>> = (0..height).into_par_iter().map(row).collect::<Result<_>>()?;
+        let rows: Vec<Vec<MasterPixel>> = (0..height).into_par_iter().map(row).collect::<Result<_>>()?;
         Ok(rows.concat())
     }
 
     /// A pixel's counts, combined; `electrons` is room for them.
-    fn pixel(&self, band: usize, pixel: usize, counts: impl Iterator<Item = u16>, electrons: &mut Vec<f64>) -> Combined {
+    fn pixel(&self, band: usize, pixel: usize, counts: impl Iterator<Item = u16>, electrons: &mut Vec<f64>) -> MasterPixel {
         let (instrument, detector) = (&self.instrument, &self.instrument.detector);
         let (full, mut flags, mut frames) = (detector.saturation(), 0, 0);
         let mut all = 0.0;
@@ -182,18 +182,18 @@ impl Exposures {
             flags |= Flag::Bad as u8;
         }
         let deviation = (detector.variance(mean) / left).sqrt() / (instrument.exposure_s * self.per_radiance(band, pixel));
-        Combined { radiance: self.radiance(band, pixel, mean), variance: deviation.powi(2), flags }
+        MasterPixel { radiance: self.radiance(band, pixel, mean), variance: deviation.powi(2), flags }
     }
 
     /// A band of a mosaic at all pixels: its own, and between them a mean of those around.
-    fn interpolated(&self, mosaic: &[Combined], band: usize) -> Vec<Combined> {
+    fn interpolated(&self, mosaic: &[MasterPixel], band: usize) -> Vec<MasterPixel> {
         let [width, height] = self.pixels.size;
         let at = |pixel: usize| {
             if self.band_of(0, pixel) == band {
                 return mosaic[pixel];
             }
             let (column, row) = (pixel % width, pixel / width);
-            let (mut sum, mut weights) = (Combined::default(), 0.0);
+            let (mut sum, mut weights) = (MasterPixel::default(), 0.0);
             for (y, x) in (row.saturating_sub(1)..(row + 2).min(height))
                 .flat_map(|y| (column.saturating_sub(1)..(column + 2).min(width)).map(move |x| (y, x)))
             {
@@ -208,7 +208,7 @@ impl Exposures {
                     weights += weight;
                 }
             }
-            Combined { radiance: sum.radiance / weights, variance: sum.variance / (weights * weights), flags: sum.flags }
+            MasterPixel { radiance: sum.radiance / weights, variance: sum.variance / (weights * weights), flags: sum.flags }
         };
         (0..mosaic.len()).into_par_iter().map(at).collect()
     }

@@ -311,7 +311,7 @@ mod tests {
         let field = StarField { density_per_sr: 2e4, magnitudes: (6.0, 14.0), seed: 7 };
         for (towards, deg) in [(DVec3::X, 12.0), (DVec3::Z, 12.0), (DVec3::new(0.1, -0.2, 0.97), 150.0)] {
             let up = DVec3::new(0.3, 1.0, 0.2).normalize();
-            let camera = Camera::look_at(DVec3::ZERO, towards).up(up).field_of_view_deg(deg).size(64, 36);
+            let camera = Camera::look_at(DVec3::ZERO, towards).with_up(up).with_field_of_view_deg(deg).with_size(64, 36);
             let stars = || stars_in_view(&field, &camera, PSF_RADIUS as f64).unwrap();
             let place = |star: &FieldStar| field_point(star, &camera, 0);
             let sorted = |points: Vec<Point>| {

@@ -214,7 +214,9 @@ mod tests {
         let up = DVec3::new(0.3, 1.0, 0.2).normalize();
         towards
             .iter()
-            .flat_map(|t| [12.0, 150.0].map(|deg| Camera::look_at(DVec3::ZERO, *t).up(up).field_of_view_deg(deg).size(64, 36)))
+            .flat_map(|t| {
+                [12.0, 150.0].map(|deg| Camera::look_at(DVec3::ZERO, *t).with_up(up).with_field_of_view_deg(deg).with_size(64, 36))
+            })
             .collect()
     }
 
@@ -242,7 +244,7 @@ mod tests {
             let all = field_stars(&field(), &camera, ALL.collect(), None).unwrap();
             assert_eq!(seen(&camera, &some), seen(&camera, &all), "{camera:?}");
             // Beside the middle of a very wide image corners are nearer than an edge.
-            let aside = camera.clone().field_of_view_deg(170.0).crop(0, 0, 36, 36).unwrap();
+            let aside = camera.clone().with_field_of_view_deg(170.0).crop(0, 0, 36, 36).unwrap();
             let all = field_stars(&field(), &aside, ALL.collect(), None).unwrap();
             assert_eq!(seen(&aside, &stars_in_view(&field(), &aside, MARGIN).unwrap()), seen(&aside, &all), "{aside:?}");
             assert!(cells_in_view(&camera, Circle::of(&camera, MARGIN).as_ref()).len() < ALL.end as usize, "all cells are looked at");

@@ -16,7 +16,7 @@ use crate::properties::{
 const LONGEST_NAME: usize = 60;
 
 /// Makes a band of its name.
-pub(super) type Named = Box<dyn FnOnce(&str, Counting) -> spectra::Result<Passband>>;
+pub(super) type BandMaker = Box<dyn FnOnce(&str, Counting) -> spectra::Result<Passband>>;
 
 const CENTRE: Key<Wavelength, Required> = Key::quantity::<Wavelength>("centre", "its middle").required();
 
@@ -39,14 +39,14 @@ const COUNTING: Key<Choice<Counting>, OrDefault> =
     Key::choice("counting", "detector type: energy (R = T) or photon (R = T lambda/lambda_pivot); embedded passbands define it")
         .default("energy");
 
-pub(super) const KINDS: &[Kind<Named>] = &[
+pub(super) const KINDS: &[Kind<BandMaker>] = &[
     Kind {
         name: "catalogue",
         summary: "an embedded passband",
         keys: &[PASSBAND.row],
         build: |section, _| {
             let band = section.wrap(&PASSBAND, Passband::by_name(section.read(&PASSBAND)?))?;
-            Ok(Box::new(move |name, _| Ok(band.renamed(name))))
+            Ok(Box::new(move |name, _| Ok(band.with_name(name))))
         },
     },
     Kind {
@@ -125,7 +125,7 @@ pub(super) const BANDS: Key<Texts> = Key::texts("bands", "a set of passbands, or
     .example("\"johnson\"")
     .affects(&[Part::Spectra, Part::Display]);
 
-fn analytic(shape: Window) -> Result<Named> {
+fn analytic(shape: Window) -> Result<BandMaker> {
     Ok(Box::new(move |name, counting| window(name, counting, shape)))
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 use spectra::error::nearest;
 use spectra::passband::{self, Passband};
 use spectra::sed;
@@ -17,7 +17,7 @@ use crate::properties::{Choice, Choices, Key, KeyRow, Number, OrDefault, Origin,
 use crate::star_catalogue::{Builder, Colour, Photometry, PlacedCatalogue, SkyAxes, StarCatalogue};
 
 const FILE: Key<Path, Required> = Key::path("file", "CSV file with a header and one star per row").required();
-const AXES: Key<Choice<Axes>, OrDefault> = Key::choice(
+const AXES: Key<Choice<CatalogueAxes>, OrDefault> = Key::choice(
     "axes",
     "orientation of the sky. observation: as [observation] places each image, for any camera position; icrs or galactic: the scene's axes are those of the sky",
 )
@@ -45,13 +45,13 @@ pub(super) const KEYS: &[KeyRow] =
 
 /// Orientation of the sky.
 #[derive(Clone, Copy)]
-enum Axes {
+enum CatalogueAxes {
     Observation,
     Icrs,
     Galactic,
 }
 
-impl Choices for Axes {
+impl Choices for CatalogueAxes {
     const ROWS: &'static [(&'static str, Self)] = &[("observation", Self::Observation), ("icrs", Self::Icrs), ("galactic", Self::Galactic)];
 }
 
@@ -96,7 +96,7 @@ const SUN_OF_HYG: &str = "sol";
 const EPOCH_OF_HYG: f64 = 2000.0;
 
 /// The columns that are read, by their numbers.
-struct Columns {
+struct StarColumns {
     frame: SkyFrame,
     place: [usize; 2],
     /// Degrees in the unit of each coordinate.
@@ -148,85 +148,14 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
     let photometry = section.wrap(&FILE, Photometry::new(first.clone(), second.as_ref(), system))?;
     let plain = section.read(&TEMPERATURE)?;
     let faintest = section.read(&FAINTEST)?.unwrap_or(f64::INFINITY);
-    let mut builder = Builder::new(photometry);
-    let mut types = Vec::new();
-    let (epoch, stated) = (section.read(&EPOCH)?, section.read(&CATALOGUE_EPOCH)?);
-    if epoch.is_some() && columns.frame != SkyFrame::Icrs {
-        return Err(section.error(&EPOCH, "requires right ascensions and declinations; remove it"));
-    }
-    let from = stated.or(columns.is_hyg.then_some(EPOCH_OF_HYG));
-    let motion = epoch.map(|epoch| Motion::new(&table, epoch, from)).transpose();
-    let motion = motion.map_err(|message| wrong(&label, table.line, message))?;
+    let motion = motion(section, &table, &columns, &label)?;
     refuse_small_longitudes(&table, &columns, &label)?;
+    let mut builder = Builder::new(photometry);
+    let mut rows = StarRows { table: &table, columns: &columns, motion: motion.as_ref(), faintest, plain, types: Vec::new() };
     for (number, (line, cells)) in table.rows.iter().enumerate() {
-        let cell = |column: Option<usize>| {
-            let text = column.and_then(|column| cells.get(column)).map_or("", String::as_str).trim();
-            if BLANKS.iter().any(|blank| text.eq_ignore_ascii_case(blank)) { "" } else { text }
-        };
-        // VizieR has units and a line of dashes below its names.
-        let is_no_star = |text: &str| !text.contains(|c: char| c.is_ascii_digit());
-        if number < 2 && [columns.place[0], columns.place[1]].iter().all(|column| is_no_star(cell(Some(*column)))) {
-            continue;
+        if let Some(star) = rows.star(number, cells).map_err(|message| wrong(&label, *line, message))? {
+            builder.add(star.name, star.direction, star.magnitude, star.colour);
         }
-        if columns.is_hyg && cell(columns.name).eq_ignore_ascii_case(SUN_OF_HYG) {
-            continue;
-        }
-        let wrong = |message: String| wrong(&label, *line, message);
-        let [first, second] = columns.magnitudes.map(cell);
-        let magnitude = |text: &str| {
-            let number = text.parse::<f64>().ok().filter(|m| (-30.0..=40.0).contains(m));
-            number.ok_or_else(|| wrong(format!("\"{text}\" is not a magnitude; write a number from -30 to 40")))
-        };
-        // Catalogues have rows without a magnitude.
-        if first.is_empty() {
-            continue;
-        }
-        let brightness = magnitude(first)?;
-        if brightness > faintest {
-            continue;
-        }
-        // VizieR parts hours, minutes and seconds by blanks.
-        let coordinate = |axis: usize| {
-            let text = cell(Some(columns.place[axis])).split_whitespace().collect::<Vec<_>>().join(":");
-            match text.parse::<f64>() {
-                Ok(number) => format!("{}", number * columns.degrees[axis]),
-                Err(_) => text,
-            }
-        };
-        let (longitude, latitude) = (coordinate(0), coordinate(1));
-        let text = format!("{longitude} {latitude}");
-        let place = SkyPlace::parse(columns.frame, &text).map_err(|error| wrong(error.to_string()))?;
-        let (kind, kelvin) = (cell(columns.kind), cell(columns.temperature));
-        let colour = if !kind.is_empty() {
-            let shape = sed::star(kind).map_err(|error| wrong(error.to_string()))?;
-            if !types.iter().any(|known| known == kind) {
-                types.push(kind.to_owned());
-            }
-            if types.len() > MAX_TYPES {
-                return Err(wrong(format!(
-                    "the catalogue has more than {MAX_TYPES} spectral types; use temperatures or a second magnitude"
-                )));
-            }
-            Colour::Type(shape, kind.to_owned())
-        } else if !kelvin.is_empty() {
-            let number = kelvin.parse::<f64>().ok().map(|number| Temperature(number * columns.kelvin.unwrap_or(1.0)));
-            let temperature = number.map_or_else(|| Temperature::parse(kelvin), Ok).map_err(|error| wrong(error.to_string()))?;
-            if temperature.0.is_nan() || temperature.0 <= 0.0 {
-                return Err(wrong(format!("{temperature} is out of range for a star")));
-            }
-            Colour::Temperature(temperature.0)
-        } else if !second.is_empty() {
-            let second = magnitude(second)?;
-            Colour::Magnitude(if columns.is_colour { brightness + second } else { second })
-        } else {
-            Colour::Temperature(plain.0)
-        };
-        let number = |column: usize| match cell(Some(column)) {
-            "" => Ok(None),
-            text => text.parse().map(Some).map_err(|_| format!("\"{text}\" in column \"{}\" is not a number", table.columns[column])),
-        };
-        let direction = motion.as_ref().map_or(Ok(place.direction()), |motion| motion.direction(&place, number)).map_err(wrong)?;
-        builder.add(cell(columns.name).to_owned(), direction, brightness, colour);
     }
     let catalogue = builder.build(label.to_string());
     let unit = |axis: usize| match columns.degrees[axis] {
@@ -246,26 +175,129 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<StarCatalogue>
     Ok(catalogue)
 }
 
+/// Proper motion to the requested epoch, if there is one.
+fn motion(section: &Section, table: &TextTable, columns: &StarColumns, label: &Arc<str>) -> Result<Option<Motion>> {
+    let stated = section.read(&CATALOGUE_EPOCH)?;
+    let Some(epoch) = section.read(&EPOCH)? else { return Ok(None) };
+    if columns.frame != SkyFrame::Icrs {
+        return Err(section.error(&EPOCH, "requires right ascensions and declinations; remove it"));
+    }
+    let from = stated.or(columns.is_hyg.then_some(EPOCH_OF_HYG));
+    Motion::new(table, epoch, from).map(Some).map_err(|message| wrong(label, table.line, message))
+}
+
+/// The star of a row.
+struct RowStar {
+    name: String,
+    direction: DVec3,
+    magnitude: f64,
+    colour: Colour,
+}
+
+/// Reader of the rows of a catalogue.
+struct StarRows<'a> {
+    table: &'a TextTable,
+    columns: &'a StarColumns,
+    motion: Option<&'a Motion>,
+    /// Magnitude beyond which stars are left out.
+    faintest: f64,
+    /// Temperature of stars without a colour.
+    plain: Temperature,
+    /// Spectral types so far.
+    types: Vec<String>,
+}
+
+/// The text in a column of a row; empty where it is missing.
+fn cell(cells: &[String], column: Option<usize>) -> &str {
+    let text = column.and_then(|column| cells.get(column)).map_or("", String::as_str).trim();
+    if BLANKS.iter().any(|blank| text.eq_ignore_ascii_case(blank)) { "" } else { text }
+}
+
+/// # Errors
+/// In words, if the text is no magnitude.
+fn magnitude(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|magnitude| (-30.0..=40.0).contains(magnitude));
+    number.ok_or_else(|| format!("\"{text}\" is not a magnitude; write a number from -30 to 40"))
+}
+
+impl StarRows<'_> {
+    /// The star of a row; `None` for rows without a magnitude, faint stars, the Sun, and lines below the names.
+    ///
+    /// # Errors
+    /// In words, if a value is wrong.
+    fn star(&mut self, number: usize, cells: &[String]) -> std::result::Result<Option<RowStar>, String> {
+        let columns = self.columns;
+        // VizieR has units and a line of dashes below its names.
+        let is_no_star = |column: &usize| !cell(cells, Some(*column)).contains(|c: char| c.is_ascii_digit());
+        let is_sun = columns.is_hyg && cell(cells, columns.name).eq_ignore_ascii_case(SUN_OF_HYG);
+        let [first, second] = columns.magnitudes.map(|column| cell(cells, column));
+        if number < 2 && columns.place.iter().all(is_no_star) || is_sun || first.is_empty() {
+            return Ok(None);
+        }
+        let brightness = magnitude(first)?;
+        if brightness > self.faintest {
+            return Ok(None);
+        }
+        let place = self.place(cells)?;
+        let colour = self.colour(cells, brightness, second)?;
+        let table = self.table;
+        let number = |column: usize| match cell(cells, Some(column)) {
+            "" => Ok(None),
+            text => text.parse().map(Some).map_err(|_| format!("\"{text}\" in column \"{}\" is not a number", table.columns[column])),
+        };
+        let direction = self.motion.map_or(Ok(place.direction()), |motion| motion.direction(&place, number))?;
+        Ok(Some(RowStar { name: cell(cells, columns.name).to_owned(), direction, magnitude: brightness, colour }))
+    }
+
+    fn place(&self, cells: &[String]) -> std::result::Result<SkyPlace, String> {
+        // VizieR parts hours, minutes and seconds by blanks.
+        let coordinate = |axis: usize| {
+            let text = cell(cells, Some(self.columns.place[axis])).split_whitespace().collect::<Vec<_>>().join(":");
+            match text.parse::<f64>() {
+                Ok(number) => format!("{}", number * self.columns.degrees[axis]),
+                Err(_) => text,
+            }
+        };
+        SkyPlace::parse(self.columns.frame, &format!("{} {}", coordinate(0), coordinate(1))).map_err(|error| error.to_string())
+    }
+
+    /// What tells the spectrum: a type, a temperature, a magnitude in the `second` passband, or nothing.
+    fn colour(&mut self, cells: &[String], brightness: f64, second: &str) -> std::result::Result<Colour, String> {
+        let (kind, kelvin) = (cell(cells, self.columns.kind), cell(cells, self.columns.temperature));
+        if !kind.is_empty() {
+            let shape = sed::star(kind).map_err(|error| error.to_string())?;
+            if !self.types.iter().any(|known| known == kind) {
+                self.types.push(kind.to_owned());
+            }
+            if self.types.len() > MAX_TYPES {
+                return Err(format!("the catalogue has more than {MAX_TYPES} spectral types; use temperatures or a second magnitude"));
+            }
+            return Ok(Colour::Type(shape, kind.to_owned()));
+        }
+        if !kelvin.is_empty() {
+            let number = kelvin.parse::<f64>().ok().map(|number| Temperature(number * self.columns.kelvin.unwrap_or(1.0)));
+            let temperature = number.map_or_else(|| Temperature::parse(kelvin), Ok).map_err(|error| error.to_string())?;
+            if temperature.0.is_nan() || temperature.0 <= 0.0 {
+                return Err(format!("{temperature} is out of range for a star"));
+            }
+            return Ok(Colour::Temperature(temperature.0));
+        }
+        if second.is_empty() {
+            return Ok(Colour::Temperature(self.plain.0));
+        }
+        let second = magnitude(second)?;
+        Ok(Colour::Magnitude(if self.columns.is_colour { brightness + second } else { second }))
+    }
+}
+
 fn wrong(label: &Arc<str>, line: usize, message: String) -> Error {
     let origin = Some(Origin { source: label.clone(), line });
     Error::Scene { message, place: Place { origin, path: String::new(), key: "row".into() } }
 }
 
-/// Finds what columns mean.
-fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Columns> {
-    let parted: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
-    let names: Vec<&str> = parted.iter().map(|(name, _)| unit_behind(name).0).collect();
+/// Columns of magnitudes with their passbands, and true if the second is the colour B − V.
+fn magnitudes(section: &Section, table: &TextTable, names: &[&str]) -> Result<(Vec<(usize, Passband)>, bool)> {
     let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
-    let pair = |first: &[&str], second: &[&str]| find(first).zip(find(second)).map(|(a, b)| [a, b]);
-    let icrs = pair(&RIGHT_ASCENSION, &DECLINATION).map(|place| (SkyFrame::Icrs, place));
-    let found = icrs.or_else(|| pair(&LONGITUDE, &LATITUDE).map(|place| (SkyFrame::Galactic, place)));
-    let (frame, place) = found.ok_or_else(|| {
-        let named = table.columns.join(", ");
-        let misspelt = |name: &&&str| name.len() < 6 && !["ra", "dec", "glon", "glat"].contains(*name);
-        let near = names.iter().filter(misspelt).find_map(|name| nearest(name, ["ra", "dec", "glon", "glat"]).map(|near| (name, near)));
-        let hint = near.map(|(name, near)| format!("; did you mean \"{near}\" by \"{name}\"?")).unwrap_or_default();
-        wrong(label, table.line, format!("has no columns \"ra\" and \"dec\", or \"glon\" and \"glat\" ({named}){hint}"))
-    })?;
     let mut bands: Vec<(usize, Passband)> = Vec::new();
     if let Some(column) = find(&["magnitude", "mag"]) {
         let name = section.read(&MAGNITUDE_BAND)?;
@@ -285,6 +317,25 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
     if let Some(column) = colour {
         bands.push((column, section.wrap(&FILE, Passband::by_name("johnson-B"))?));
     }
+    Ok((bands, colour.is_some()))
+}
+
+/// Finds what columns mean.
+fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<StarColumns> {
+    let parted: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
+    let names: Vec<&str> = parted.iter().map(|(name, _)| unit_behind(name).0).collect();
+    let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
+    let pair = |first: &[&str], second: &[&str]| find(first).zip(find(second)).map(|(a, b)| [a, b]);
+    let icrs = pair(&RIGHT_ASCENSION, &DECLINATION).map(|place| (SkyFrame::Icrs, place));
+    let found = icrs.or_else(|| pair(&LONGITUDE, &LATITUDE).map(|place| (SkyFrame::Galactic, place)));
+    let (frame, place) = found.ok_or_else(|| {
+        let named = table.columns.join(", ");
+        let misspelt = |name: &&&str| name.len() < 6 && !["ra", "dec", "glon", "glat"].contains(*name);
+        let near = names.iter().filter(misspelt).find_map(|name| nearest(name, ["ra", "dec", "glon", "glat"]).map(|near| (name, near)));
+        let hint = near.map(|(name, near)| format!("; did you mean \"{near}\" by \"{name}\"?")).unwrap_or_default();
+        wrong(label, table.line, format!("has no columns \"ra\" and \"dec\", or \"glon\" and \"glat\" ({named}){hint}"))
+    })?;
+    let (bands, is_colour) = magnitudes(section, table, &names)?;
     if bands.is_empty() {
         let survey = names.iter().find(|name| SURVEY_MAGNITUDES.contains(*name));
         let survey = survey
@@ -322,7 +373,7 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
     }
     let mut bands = bands.into_iter();
     let (first, second) = (bands.next(), bands.next());
-    Ok(Columns {
+    Ok(StarColumns {
         frame,
         place,
         degrees,
@@ -331,14 +382,14 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Col
         kind: find(&["type", "spectral_type"]),
         temperature,
         kelvin: kelvin.transpose()?,
-        is_colour: colour.is_some(),
+        is_colour,
         magnitudes: [first.as_ref().map(|(column, _)| *column), second.as_ref().map(|(column, _)| *column)],
         bands: [first.map(|(_, band)| band), second.map(|(_, band)| band)],
     })
 }
 
 /// Refuses longitudes without a unit that may be hours or radians: numbers of which none is above 24, or above 2π.
-fn refuse_small_longitudes(table: &TextTable, columns: &Columns, label: &Arc<str>) -> Result<()> {
+fn refuse_small_longitudes(table: &TextTable, columns: &StarColumns, label: &Arc<str>) -> Result<()> {
     let column = columns.place[0];
     let (name, unit) = TextTable::parted(&table.columns[column]);
     let is_stated = unit.is_some() || unit_behind(&name).1.is_some() || columns.is_hyg || IN_DEGREES.contains(&name.as_str());
@@ -359,9 +410,9 @@ fn refuse_small_longitudes(table: &TextTable, columns: &Columns, label: &Arc<str
 /// The catalogue around a scene.
 pub(super) fn placed(section: &Section, catalogue: Arc<StarCatalogue>, observation: Option<&Observation>) -> Result<PlacedCatalogue> {
     let axes = match section.read(&AXES)? {
-        Axes::Icrs => SkyAxes::OfScene(DMat3::IDENTITY),
-        Axes::Galactic => SkyAxes::OfScene(SkyFrame::Galactic.from_icrs()),
-        Axes::Observation => {
+        CatalogueAxes::Icrs => SkyAxes::OfScene(DMat3::IDENTITY),
+        CatalogueAxes::Galactic => SkyAxes::OfScene(SkyFrame::Galactic.from_icrs()),
+        CatalogueAxes::Observation => {
             let missing = "a catalogue requires [observation] to place the sky; add it, or write axes = \"icrs\"";
             SkyAxes::OfPicture(observation.ok_or_else(|| section.error(&AXES, missing))?.axes())
         }

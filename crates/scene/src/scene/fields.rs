@@ -69,14 +69,14 @@ impl Default for MadeOf {
 
 /// A named field. One that was made once before is made again when it is asked for: expressions on grids do not need the fields that they
 /// were made of.
-struct Named<'a> {
+struct NamedField<'a> {
     section: Section<'a>,
     /// Fingerprint by which the loader knows it.
     content: Fingerprint,
     made: OnceCell<Arc<dyn Field>>,
 }
 
-impl Named<'_> {
+impl NamedField<'_> {
     fn is_expression(&self) -> bool {
         self.section.kind() == Some(EXPRESSION.name)
     }
@@ -119,7 +119,7 @@ fn check_formulas(root: &Section) -> Result<()> {
 
 /// The named fields of a scene.
 pub struct Fields<'a> {
-    named: BTreeMap<String, Named<'a>>,
+    named: BTreeMap<String, NamedField<'a>>,
     loader: &'a Loader,
     /// Fingerprint of all of them.
     content: Fingerprint,
@@ -164,7 +164,7 @@ impl<'a> Fields<'a> {
 
     /// Adds a field, which is made at once where it never was before; whether it is a grid is told.
     fn add(&mut self, name: &str, section: Section<'a>, content: Fingerprint) -> Result<bool> {
-        let entry = Named { section, content, made: OnceCell::new() };
+        let entry = NamedField { section, content, made: OnceCell::new() };
         let is_grid = match self.loader.is_grid(content) {
             Some(is_grid) => {
                 // What somebody holds is held from now on.
@@ -186,8 +186,8 @@ impl<'a> Fields<'a> {
     }
 
     /// Makes a named field; the loader may hold it.
-    fn make(&self, entry: &Named) -> Result<Arc<dyn Field>> {
-        let Named { section, content, .. } = entry;
+    fn make(&self, entry: &NamedField) -> Result<Arc<dyn Field>> {
+        let NamedField { section, content, .. } = entry;
         match entry.is_expression() {
             true => self.made(section, &FORMULA, *content),
             false => self.loader.long_field(*content, field::takes_long(section), |inputs| field::build(section, inputs)),

@@ -23,7 +23,7 @@ const MAX_TABLES: usize = 8;
 const MAX_GAS: usize = 4;
 
 /// Cached results by the fingerprint of their inputs, the latest last.
-type Kept<T> = Arc<Mutex<VecDeque<(Fingerprint, Arc<T>)>>>;
+type Cache<T> = Arc<Mutex<VecDeque<(Fingerprint, Arc<T>)>>>;
 
 /// Inputs of a scene and a cache of what was read; clones share it.
 #[derive(Debug, Clone)]
@@ -33,10 +33,10 @@ pub struct Loader {
     fields: Arc<Mutex<HashMap<Fingerprint, Weak<dyn Field>>>>,
     /// Of fields that were made, whether they are grids.
     grids: Arc<Mutex<HashMap<Fingerprint, bool>>>,
-    stars: Kept<Vec<Star>>,
-    catalogues: Kept<StarCatalogue>,
-    gas: Kept<IonisedGas>,
-    rough_gas: Kept<IonisedGas>,
+    stars: Cache<Vec<Star>>,
+    catalogues: Cache<StarCatalogue>,
+    gas: Cache<IonisedGas>,
+    rough_gas: Cache<IonisedGas>,
     /// True if what takes long is made roughly.
     pub(super) is_rough: bool,
     /// A device that has the light of several stars go through gas, where there is one.

@@ -56,13 +56,13 @@ impl Receding {
 
 /// Velocities in equal steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Steps {
+struct VelocitySteps {
     first: f64,
     step: f64,
     count: usize,
 }
 
-impl Steps {
+impl VelocitySteps {
     /// Those that a range needs.
     fn over((low, high): (f64, f64), step: f64) -> Result<Self> {
         let count = ((high - low) / step).ceil() + 1.0;
@@ -102,7 +102,7 @@ impl Emission {
             Projection::Perspective { .. } | Projection::Panorama { .. } => Observer::Near(camera.position),
         };
         let receding = Arc::new(Receding { motion: motion.clone(), observer });
-        let steps = Steps::over(range(&**density, &receding)?, motion.step)?;
+        let steps = VelocitySteps::over(range(&**density, &receding)?, motion.step)?;
         let fields = match density.grid() {
             Some(grid) => sliced(grid, &receding, steps, memory_limit)?,
             // A function is sampled once, not for each velocity.
@@ -148,7 +148,7 @@ fn range(density: &dyn Field, receding: &Receding) -> Result<(f64, f64)> {
 }
 
 /// The grids of all velocities; none where there is no gas of one.
-fn sliced(grid: &Grid, receding: &Receding, steps: Steps, memory_limit: u64) -> Result<Vec<Option<Arc<dyn Field>>>> {
+fn sliced(grid: &Grid, receding: &Receding, steps: VelocitySteps, memory_limit: u64) -> Result<Vec<Option<Arc<dyn Field>>>> {
     let (lattice, values) = (grid.lattice(), grid.values());
     let bytes = 4 * lattice.cells() as u64 * steps.count as u64;
     memory::check(&format!("gas of {} velocities", steps.count), bytes, memory_limit)?;
@@ -219,7 +219,7 @@ mod tests {
     /// Everywhere all parts together are the gas, their mean velocity is its own, and a part shines where it belongs.
     #[test]
     fn parts_are_the_whole() {
-        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).orthographic_pc(3.0);
+        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).with_orthographic_pc(3.0);
         for as_grid in [false, true] {
             let whole = ball(as_grid);
             let parts = whole.clone().with_motion(expansion(20.0, 3.0)).shifted(&camera, 1 << 30, &Control::default()).unwrap();
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn too_many_velocities_are_refused() {
-        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).orthographic_pc(3.0);
+        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 1e4), DVec3::ZERO).with_orthographic_pc(3.0);
         let message = ball(true).with_motion(expansion(1e4, 1.0)).shifted(&camera, 1 << 40, &Control::default()).unwrap_err().to_string();
         assert!(message.contains("velocity_step") && message.contains("at least"), "{message}");
         assert!(

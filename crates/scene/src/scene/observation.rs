@@ -67,7 +67,7 @@ mod tests {
     /// Parallel views need a distance; cameras that stand somewhere have their own.
     #[test]
     fn distances_are_asked_where_they_are_needed() {
-        let flat = Camera::look_at(DVec3::Z, DVec3::ZERO).orthographic_pc(2.0);
+        let flat = Camera::look_at(DVec3::Z, DVec3::ZERO).with_orthographic_pc(2.0);
         let camera = Camera::look_at(DVec3::Z, DVec3::ZERO);
         let near = Observation::default();
         let far = Observation { distance_pc: Some(400.0), ..near };

@@ -7,11 +7,12 @@ use spectra::passband::Passband;
 
 use super::root::*;
 use super::{
-    Background, Fields, Film, IonisedGas, Loader, Scene, SceneSpec, Star, background, band, catalogue, detail, display, dust, emission,
-    fields, film, gas, method, observation, output, spectrograph, star_table,
+    Background, Fields, Film, IonisedGas, Loader, Scene, SceneSpec, Spectrograph, Star, background, band, catalogue, detail, display, dust,
+    emission, fields, film, gas, method, observation, output, spectrograph, star_table,
 };
 use crate::animation::Timeline;
 use crate::camera;
+use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::instrument::Instrument;
 use crate::observation::Observation;
@@ -50,15 +51,7 @@ impl Scene {
         let camera = camera::build(&root.read(&CAMERA)?, inputs)?;
         let bookmark = |(name, section): (&str, Section)| Ok((name.to_owned(), camera::bookmark(&section, inputs, &camera)?));
         let bookmarks = root.read(&BOOKMARK)?.unwrap_or_default().into_iter().map(bookmark).collect::<Result<_>>()?;
-        let spectrograph = root.read(&SPECTROGRAPH)?.map(|s| spectrograph::build(&s).map(|found| (found, s))).transpose()?;
-        let bands = match &spectrograph {
-            Some((spectrograph, section)) => {
-                root.refuse(&[&band::BANDS.row, &BAND.row], "custom passbands, without [spectrograph]")?;
-                spectrograph::bands(section, spectrograph)?
-            }
-            None => band::build(root, inputs)?,
-        };
-        let mut spectrograph = spectrograph.map(|(found, _)| found);
+        let (bands, mut spectrograph) = Self::passbands(root, inputs)?;
         let stars = star_table::stars(root, loader)?;
         let display = display::build(root.read(&DISPLAY)?.as_ref(), &bands)?;
         let observation = root.read(&OBSERVATION)?.map(|s| observation::build(&s)).transpose()?;
@@ -70,12 +63,8 @@ impl Scene {
         // Fields may take long: whatever else the text says is read first.
         let fields = Fields::new(root, loader)?;
         let dust = root.read(&DUST)?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
-        let emission = root
-            .read(&EMISSION)?
-            .unwrap_or_default()
-            .into_iter()
-            .map(|s| Ok((emission::build(&s, loader, &fields)?, s)))
-            .collect::<Result<Vec<_>>>()?;
+        let emission = root.read(&EMISSION)?.unwrap_or_default().into_iter().map(|s| Ok((emission::build(&s, loader, &fields)?, s)));
+        let emission = emission.collect::<Result<Vec<_>>>()?;
         let gas = root.read(&GAS)?.map(|s| Ok::<_, Error>((gas::build(&s, &fields)?, s))).transpose()?;
         let ionised = gas.as_ref().map(|(_, section)| ionised(section, &fields, &stars, &bands, film, loader)).transpose()?;
         let glow =
@@ -118,6 +107,14 @@ impl Scene {
         let scene = Self { spec, species, species_from, ionised, ionised_from };
         scene.check().map_err(|error| placed(error, root))?;
         Ok(scene)
+    }
+
+    /// Passbands, and the spectrograph whose channels they are.
+    fn passbands(root: &Section, inputs: &Inputs) -> Result<(Vec<Passband>, Option<Spectrograph>)> {
+        let Some(section) = root.read(&SPECTROGRAPH)? else { return Ok((band::build(root, inputs)?, None)) };
+        let spectrograph = spectrograph::build(&section)?;
+        root.refuse(&[&band::BANDS.row, &BAND.row], "custom passbands, without [spectrograph]")?;
+        Ok((spectrograph::bands(&section, &spectrograph)?, Some(spectrograph)))
     }
 
     /// Reads what lies behind the cloud; stars of a catalogue that was read before are taken again.

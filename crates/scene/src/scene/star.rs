@@ -62,7 +62,7 @@ impl Star {
 
     /// Copy of the star at another place \[pc\].
     #[must_use]
-    pub fn at(self, position: DVec3) -> Self {
+    pub fn with_position(self, position: DVec3) -> Self {
         Self { position, ..self }
     }
 

@@ -41,7 +41,7 @@ const UNITS: [(&str, &str); 5] =
 const PLACE_UNIT: &str = "pc";
 
 /// A column that is read.
-struct Column {
+struct StarColumn {
     /// The number of the column in a row.
     index: usize,
     name: String,
@@ -71,11 +71,11 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
     }
     let file = section.read(&FILE)?;
     let table = section.wrap(&FILE, inputs.table(file, MAX_ROWS))?;
-    let rows = Rows { section, file: inputs.label(file).into() };
+    let rows = TableRows { section, file: inputs.label(file).into() };
     let columns = rows.columns(&table)?;
     let constant = rows.constant(&columns);
     let star = |(number, (line, cells)): (usize, &(usize, Vec<String>))| {
-        let row = rows.row(cells, &columns, &constant, Row { number, line: *line })?;
+        let row = rows.row(cells, &columns, &constant, NumberedRow { number, line: *line })?;
         star::build(&Section::new(&row, format!("{ROWS}.{number}")), inputs)
     };
     let stars = (1..).zip(&table.rows).map(star).collect::<Result<Vec<Star>>>()?;
@@ -84,8 +84,8 @@ pub(super) fn build(section: &Section, inputs: &Inputs) -> Result<Vec<Star>> {
 }
 
 /// The columns that were read, with their units.
-fn columns_note(file: &str, columns: &[Column], count: usize) -> InputNote {
-    let unit = |column: &Column| {
+fn columns_note(file: &str, columns: &[StarColumn], count: usize) -> InputNote {
+    let unit = |column: &StarColumn| {
         let usual = if PLACE.contains(&column.name.as_str()) {
             Some(PLACE_UNIT)
         } else {
@@ -106,18 +106,18 @@ const ROWS: &str = "row";
 
 /// A row's number among all, from 1, and its line.
 #[derive(Clone, Copy)]
-struct Row {
+struct NumberedRow {
     number: usize,
     line: usize,
 }
 
 /// The rows of a table, on their way to be tables of properties.
-struct Rows<'a> {
+struct TableRows<'a> {
     section: &'a Section<'a>,
     file: Arc<str>,
 }
 
-impl Rows<'_> {
+impl TableRows<'_> {
     fn origin(&self, line: usize) -> Option<Origin> {
         Some(Origin { source: self.file.clone(), line })
     }
@@ -127,11 +127,11 @@ impl Rows<'_> {
     }
 
     /// The columns that are keys of a star.
-    fn columns(&self, table: &TextTable) -> Result<Vec<Column>> {
+    fn columns(&self, table: &TextTable) -> Result<Vec<StarColumn>> {
         let (head, line) = (&table.columns, table.line);
         let asked = self.section.read(&COLUMNS)?;
         let is_asked = |name: &str| PLACE.contains(&name) || asked.as_ref().is_none_or(|asked| asked.contains(&name));
-        let mut columns: Vec<Column> = Vec::new();
+        let mut columns: Vec<StarColumn> = Vec::new();
         for (index, cell) in head.iter().enumerate() {
             let (name, unit) = TextTable::parted(cell);
             if !is_asked(&name) {
@@ -153,7 +153,7 @@ impl Rows<'_> {
                 let message = format!("\"{name}\" is also a column of {}; remove one", self.file);
                 return Err(self.section.error(name.as_str(), message));
             }
-            columns.push(Column { index, name, unit: unit.map(str::to_owned), value });
+            columns.push(StarColumn { index, name, unit: unit.map(str::to_owned), value });
         }
         let found = |name: &str| columns.iter().find(|column| column.name == name);
         if let Some(missing) = PLACE.into_iter().find(|name| found(name).is_none()) {
@@ -172,7 +172,7 @@ impl Rows<'_> {
     }
 
     /// The properties that all stars share.
-    fn constant(&self, columns: &[Column]) -> Vec<(&'static str, Property)> {
+    fn constant(&self, columns: &[StarColumn]) -> Vec<(&'static str, Property)> {
         let properties = self.section.properties();
         let mut constant: Vec<_> = keys().filter_map(|key| Some((key.name, properties.get(key.name)?.clone()))).collect();
         constant.dedup_by_key(|(name, _)| *name);
@@ -184,8 +184,8 @@ impl Rows<'_> {
     }
 
     /// The properties of the star in one row.
-    fn row(&self, cells: &[String], columns: &[Column], constant: &[(&str, Property)], row: Row) -> Result<Table> {
-        let cell = |column: &Column| cells.get(column.index).map_or("", String::as_str);
+    fn row(&self, cells: &[String], columns: &[StarColumn], constant: &[(&str, Property)], row: NumberedRow) -> Result<Table> {
+        let cell = |column: &StarColumn| cells.get(column.index).map_or("", String::as_str);
         let mut place = Vec::new();
         for column in PLACE.into_iter().filter_map(|name| columns.iter().find(|column| column.name == name)) {
             let number = cell(column).parse::<f64>().ok().filter(|number| number.is_finite());
@@ -211,7 +211,7 @@ impl Rows<'_> {
     }
 }
 
-impl Column {
+impl StarColumn {
     /// A cell as a value of a scene.
     fn value(&self, cell: &str) -> Value {
         match (self.value, cell.parse::<f64>()) {

@@ -7,7 +7,7 @@ use crate::error::{Result, SpectraError};
 
 /// The spectral axis of columns.
 #[derive(Debug)]
-pub struct Axis {
+pub struct WavelengthAxis {
     /// The number of its column.
     pub column: usize,
     /// Its unit, where the file states one.
@@ -16,7 +16,7 @@ pub struct Axis {
     pub is_air: bool,
 }
 
-impl Axis {
+impl WavelengthAxis {
     /// Finds the spectral axis, and the unit that its column, its header or a comment states.
     pub fn of(name: &str, columns: &Columns) -> Result<Self> {
         let refuse = |reason: String| SpectraError::table(name, reason);

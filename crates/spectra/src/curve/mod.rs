@@ -18,7 +18,7 @@ pub use ordinate::{Ordinate, unit_symbols};
 use crate::error::{Result, SpectraError};
 use crate::table::Table;
 use cell::base_name;
-use header::{Axis, word};
+use header::{WavelengthAxis, word};
 
 /// Wavelengths of real filters and spectra \[µm\]: the Lyman limit to the far end of JWST's instruments.
 const PLAUSIBLE_UM: [f64; 2] = [0.09, 30.0];
@@ -75,7 +75,7 @@ impl SpectralCurve {
     /// If the columns are no such curve, or a unit is unknown, missing or ambiguous.
     pub fn from_columns(name: &str, columns: &Columns, options: CurveOptions) -> Result<Self> {
         let refuse = |reason: String| SpectraError::table(name, reason);
-        let axis = Axis::of(name, columns)?;
+        let axis = WavelengthAxis::of(name, columns)?;
         let (unit, origin) = unit(name, columns, &axis, options.unit)?;
         let ordinate = ordinate_column(name, columns, &axis, options)?;
         let head = columns.columns.get(ordinate).cloned().unwrap_or_default();
@@ -122,30 +122,30 @@ impl SpectralCurve {
             shown(&head, ordinate),
             scale.words(),
         );
-        Ok(Self { table, is_inferred: origin == Origin::Range, unit, note, counts_photons: columns.counts_photons })
+        Ok(Self { table, is_inferred: origin == UnitOrigin::Range, unit, note, counts_photons: columns.counts_photons })
     }
 }
 
 /// The source of the unit of a spectral axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Origin {
+enum UnitOrigin {
     Key,
     File,
     Range,
 }
 
-impl std::fmt::Display for Origin {
+impl std::fmt::Display for UnitOrigin {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Origin::Key => "by the key unit",
-            Origin::File => "stated in the file",
-            Origin::Range => "inferred: the file has no unit, and only this one puts all rows between 90 nm and 30 um",
+            UnitOrigin::Key => "by the key unit",
+            UnitOrigin::File => "stated in the file",
+            UnitOrigin::Range => "inferred: the file has no unit, and only this one puts all rows between 90 nm and 30 um",
         })
     }
 }
 
 /// The unit of the spectral axis: the key's, the file's, or the only one that its numbers allow.
-fn unit(name: &str, columns: &Columns, axis: &Axis, key: Option<&str>) -> Result<(AxisUnit, Origin)> {
+fn unit(name: &str, columns: &Columns, axis: &WavelengthAxis, key: Option<&str>) -> Result<(AxisUnit, UnitOrigin)> {
     let refuse = |reason: String| SpectraError::table(name, reason);
     const REMEDY: &str = "add unit = \"angstrom\", \"nm\" or \"um\" to the scene";
     if let Some(key) = key {
@@ -156,11 +156,11 @@ fn unit(name: &str, columns: &Columns, axis: &Axis, key: Option<&str>) -> Result
             Some(unit_here) if !unit_here.is(&wanted) => {
                 Err(refuse(format!("the file has {}, the key unit {}; correct one of them", unit_here.name, wanted.name)))
             }
-            _ => Ok((wanted, Origin::Key)),
+            _ => Ok((wanted, UnitOrigin::Key)),
         };
     }
     if let Some(unit_here) = &axis.unit {
-        return Ok((unit_here.clone(), Origin::File));
+        return Ok((unit_here.clone(), UnitOrigin::File));
     }
     let numbers = || columns.rows.iter().map(|(_, row)| row[axis.column]);
     let (low, high) = numbers().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -179,11 +179,11 @@ fn unit(name: &str, columns: &Columns, axis: &Axis, key: Option<&str>) -> Result
             only.name, other.name
         )));
     }
-    Ok((only.clone(), Origin::Range))
+    Ok((only.clone(), UnitOrigin::Range))
 }
 
 /// The number of the column that holds the curve.
-fn ordinate_column(name: &str, columns: &Columns, axis: &Axis, options: CurveOptions) -> Result<usize> {
+fn ordinate_column(name: &str, columns: &Columns, axis: &WavelengthAxis, options: CurveOptions) -> Result<usize> {
     let refuse = |reason: String| SpectraError::table(name, reason);
     let heads = &columns.columns;
     let listed = || (0..heads.len()).filter(|i| *i != axis.column).map(|i| shown(&heads[i], i)).collect::<Vec<_>>().join(", ");

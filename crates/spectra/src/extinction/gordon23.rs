@@ -26,10 +26,10 @@ const ULTRAVIOLET_A: FitzpatrickMassa = FitzpatrickMassa { c: [0.81297, 0.2775, 
 const ULTRAVIOLET_B: FitzpatrickMassa = FitzpatrickMassa { c: [-2.97868, 1.89808, 3.10334, 0.65484], centre: 4.60, width: 0.99 };
 
 /// A polynomial in x (lowest power first) and three Drude profiles (amplitude, centre, width) [µm⁻¹].
-type Optical = ([f64; 5], [[f64; 3]; 3]);
-const OPTICAL_A: Optical =
+type OpticalTerms = ([f64; 5], [[f64; 3]; 3]);
+const OPTICAL_A: OpticalTerms =
     ([-0.35848, 0.7122, 0.08746, -0.05403, 0.00674], [[0.03893, 2.288, 0.243], [0.02965, 2.054, 0.179], [0.01747, 1.587, 0.243]]);
-const OPTICAL_B: Optical =
+const OPTICAL_B: OpticalTerms =
     ([0.12354, -2.68335, 2.01901, -0.39299, 0.03355], [[0.18453, 2.288, 0.243], [0.19728, 2.054, 0.179], [0.1713, 1.587, 0.243]]);
 
 #[derive(Debug)]
@@ -59,7 +59,7 @@ impl ExtinctionLaw for Gordon23 {
     }
 }
 
-fn optical(parameters: &Optical, x: f64) -> f64 {
+fn optical(parameters: &OpticalTerms, x: f64) -> f64 {
     let (coefficients, drudes) = parameters;
     let polynomial = coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
     let profile = |[amplitude, centre, width]: &[f64; 3]| {

@@ -155,22 +155,22 @@ pub fn set(name: &str) -> Result<Vec<Passband>> {
 }
 
 /// The place of one curve in its file.
-struct Section {
+struct CurveSection {
     name: &'static str,
     counting: &'static str,
     body: &'static str,
 }
 
-fn sections() -> &'static [Section] {
-    static SECTIONS: OnceLock<Vec<Section>> = OnceLock::new();
+fn sections() -> &'static [CurveSection] {
+    static SECTIONS: OnceLock<Vec<CurveSection>> = OnceLock::new();
     SECTIONS.get_or_init(|| FAMILIES.iter().flat_map(|f| f.text.split("\n@ ").skip(1).filter_map(section)).collect())
 }
 
 /// "NAME COUNTING …", then rows.
-fn section(text: &'static str) -> Option<Section> {
+fn section(text: &'static str) -> Option<CurveSection> {
     let (head, body) = text.split_once('\n')?;
     let mut words = head.split_whitespace();
-    Some(Section { name: words.next()?, counting: words.next()?, body })
+    Some(CurveSection { name: words.next()?, counting: words.next()?, body })
 }
 
 const CIE: [&str; 3] = ["cie-x", "cie-y", "cie-z"];

@@ -198,7 +198,7 @@ impl Passband {
     }
 
     /// Copy of the band under another name.
-    pub fn renamed(mut self, name: &str) -> Self {
+    pub fn with_name(mut self, name: &str) -> Self {
         self.name = name.to_owned();
         self
     }

@@ -28,14 +28,14 @@ impl DepthSpan {
 
 /// A place between two entries of a table.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct TablePlace {
     /// The number of the entry before the place.
     pub gap: usize,
     /// The fraction of the way from that to the next \[1\].
     pub fraction: f64,
 }
 
-impl Place {
+impl TablePlace {
     /// The place of an abscissa in units of the step, in a table of so many entries; beyond the last entry the last gap
     /// goes on.
     pub fn new(x: f64, entries: usize) -> Self {

@@ -5,7 +5,7 @@
 //! Means over a span of depths are those of the table, exactly: what it leaves behind every entry, ∫ F da, is
 //! tabulated too.
 
-use super::depths::Place;
+use super::depths::TablePlace;
 use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Measure, RuleEntry, mean_transmittance};
 use crate::error::Result;
 
@@ -79,12 +79,12 @@ impl DepthTable {
 
     /// The gap between two entries in which a depth lies, and how far within; beyond the last entry the last gap goes
     /// on.
-    fn place(&self, depth: f64) -> Place {
-        Place::new(depth / self.step, self.log.len())
+    fn place(&self, depth: f64) -> TablePlace {
+        TablePlace::new(depth / self.step, self.log.len())
     }
 
     /// −ln (F/F(0)) at a place.
-    fn depth_at(&self, Place { gap, fraction }: Place) -> f64 {
+    fn depth_at(&self, TablePlace { gap, fraction }: TablePlace) -> f64 {
         -(self.log[gap] + fraction * (self.log[gap + 1] - self.log[gap]))
     }
 

@@ -8,7 +8,7 @@
 //!
 //! Source: Barrès & Neyret 2023.
 
-use super::depths::Place;
+use super::depths::TablePlace;
 use super::{BandProblem, BandRule, Decay, DepthSpan, Form, Measure, RuleEntry, Source};
 use crate::basis::{Basis, Criterion, Domain, MAX_SIZE};
 use crate::error::Result;
@@ -71,12 +71,12 @@ impl Projection {
     }
 
     /// The gap between two entries in which a depth lies, and how far within, held at the last entry.
-    fn place(&self, depth: f64) -> Place {
-        let Place { gap, fraction } = Place::new(depth / self.step, self.coordinates.len());
-        Place { gap, fraction: fraction.min(1.0) }
+    fn place(&self, depth: f64) -> TablePlace {
+        let TablePlace { gap, fraction } = TablePlace::new(depth / self.step, self.coordinates.len());
+        TablePlace { gap, fraction: fraction.min(1.0) }
     }
 
-    fn value(&self, Place { gap, fraction }: Place, element: usize) -> f64 {
+    fn value(&self, TablePlace { gap, fraction }: TablePlace, element: usize) -> f64 {
         let (low, high) = (self.coordinates[gap][element], self.coordinates[gap + 1][element]);
         low + fraction * (high - low)
     }

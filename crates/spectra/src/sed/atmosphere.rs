@@ -26,7 +26,7 @@ struct Isotherm {
     models: Vec<(f64, Vec<f64>)>,
 }
 
-struct Grid {
+struct GravityGrid {
     lambda_um: Vec<f64>,
     isotherms: Vec<Isotherm>,
 }
@@ -37,8 +37,8 @@ fn parameters(column: &str) -> Option<(f64, f64)> {
     Some((temperature.parse().ok()?, tenths.parse::<f64>().ok()? / 10.0))
 }
 
-fn grid() -> Result<&'static Grid> {
-    static GRID: OnceLock<Grid> = OnceLock::new();
+fn grid() -> Result<&'static GravityGrid> {
+    static GRID: OnceLock<GravityGrid> = OnceLock::new();
     once(&GRID, || {
         let head = KURUCZ.lines().find_map(|line| line.strip_prefix("wavelength_nm,")).unwrap_or("");
         let names: Vec<&str> = head.split(',').collect();
@@ -54,7 +54,7 @@ fn grid() -> Result<&'static Grid> {
                 _ => isotherms.push(Isotherm { temperature, models: vec![(log_g, flux)] }),
             }
         }
-        Ok(Grid { lambda_um, isotherms })
+        Ok(GravityGrid { lambda_um, isotherms })
     })
 }
 

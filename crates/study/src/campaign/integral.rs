@@ -16,31 +16,31 @@ const SECOND_RADIATION: f64 = 14_387.768_775;
 
 /// The spectral shape of what shines.
 #[derive(Debug, Clone, Copy)]
-pub enum Shape {
+pub enum SourceShape {
     /// Planck's law, in parts of its value at a wavelength: temperature [K], wavelength [µm].
     BlackBody(f64, f64),
     /// (λ / reference)^exponent: exponent, reference [µm].
     PowerLaw(f64, f64),
 }
 
-impl Shape {
+impl SourceShape {
     fn at(self, lambda_um: f64) -> f64 {
         match self {
-            Shape::BlackBody(temperature, at) => {
+            SourceShape::BlackBody(temperature, at) => {
                 let planck = |l: f64| l.powi(-5) / (SECOND_RADIATION / (l * temperature)).exp_m1();
                 planck(lambda_um) / planck(at)
             }
-            Shape::PowerLaw(exponent, at) => (lambda_um / at).powf(exponent),
+            SourceShape::PowerLaw(exponent, at) => (lambda_um / at).powf(exponent),
         }
     }
 }
 
 /// The samples of ∫ R S … dλ: (R S dλ, k) at each.
-pub struct Samples(Vec<(f64, f64)>);
+pub struct IntegrandSamples(Vec<(f64, f64)>);
 
-impl Samples {
+impl IntegrandSamples {
     /// The integral of a passband, a shape and a law.
-    pub fn new(band: &Passband, shape: Shape, law: &dyn ExtinctionLaw) -> Self {
+    pub fn new(band: &Passband, shape: SourceShape, law: &dyn ExtinctionLaw) -> Self {
         let mut corners = band.pieces(&law.breakpoints_um());
         corners.dedup();
         let mut samples = Vec::new();
@@ -88,7 +88,7 @@ mod tests {
         let table = spectra::table::Table::new("flat", vec![0.3, 0.9], vec![1.0, 1.0]).unwrap();
         let band = Passband::new("flat", spectra::passband::Counting::Energy, table).unwrap();
         let law = Extinction::by_name("inverse_wavelength").unwrap();
-        let samples = Samples::new(&band, Shape::PowerLaw(-2.0, 1.0), &*law);
+        let samples = IntegrandSamples::new(&band, SourceShape::PowerLaw(-2.0, 1.0), &*law);
         let c = law.k(1.0);
         for a in [0.1, 3.0, 40.0] {
             let truth = ((-a * c / 0.9).exp() - (-a * c / 0.3).exp()) / (a * c);
@@ -97,7 +97,7 @@ mod tests {
         assert!((samples.behind(0.0) / (1.0 / 0.3 - 1.0 / 0.9) - 1.0).abs() < 1e-10);
         assert!((samples.within(0.0) / samples.behind(0.0) - 1.0).abs() < 1e-14);
         // With k = c/λ the light within is the difference of two closed forms of the next power.
-        let steeper = Samples::new(&band, Shape::PowerLaw(-1.0, 1.0), &*law);
+        let steeper = IntegrandSamples::new(&band, SourceShape::PowerLaw(-1.0, 1.0), &*law);
         let within = (steeper.behind(0.0) - steeper.behind(3.0)) / (3.0 * c);
         assert!((samples.within(3.0) / within - 1.0).abs() < 1e-10);
     }

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use spectra::extinction::{Extinction, LAWS, Maker};
 use spectra::passband::{self, Passband};
 
-use super::integral::{Samples, Shape};
+use super::integral::{IntegrandSamples, SourceShape};
 use crate::page::{short, table};
 use crate::{Chapter, Findings, Result, backends};
 
@@ -25,7 +25,7 @@ pub const CHAPTER: Chapter = Chapter {
     title: "Certificates on ten thousand random scenes",
     question: "Is a stated spectral error ever exceeded? Random laws, filters, lights, methods, accuracies and depths. Light behind a box of uniform dust, rendered by \
                `cpu`, is compared with independent integrals over wavelength.",
-    run: |control| campaign(Place::Behind, control),
+    run: |control| campaign(LightPlace::Behind, control),
 };
 
 /// The number of scenes of the page.
@@ -39,7 +39,7 @@ const SHOWN: usize = 8;
 
 /// The place that a scene's light comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum LightPlace {
     /// The light comes from behind the box.
     Behind,
     /// The light comes from everywhere within the box.
@@ -75,9 +75,9 @@ impl Dice {
 }
 
 /// One random scene of the campaign.
-struct Case {
+struct SlabCase {
     text: String,
-    place: Place,
+    place: LightPlace,
     method: &'static str,
     law: Extinction,
     law_name: String,
@@ -86,14 +86,14 @@ struct Case {
     sigma: f64,
     /// The shape of what shines, and its radiance where the shape is one [W m⁻² sr⁻¹ µm⁻¹], of a length of 1 pc if it
     /// comes from within.
-    shape: Shape,
+    shape: SourceShape,
     radiance: f64,
 }
 
 const BOX: Bounds = Bounds { low: DVec3::new(-0.7, -0.8, -0.5), high: DVec3::new(0.9, 0.6, 0.5) };
 
-impl Case {
-    fn new(place: Place, number: usize) -> Result<Self> {
+impl SlabCase {
+    fn new(place: LightPlace, number: usize) -> Result<Self> {
         let mut dice = Dice::new(number);
         let names: Vec<&'static str> = methods().map(|m| m.name).filter(|m| *m != "sampled").collect();
         let method = dice.one_of(&names);
@@ -112,8 +112,8 @@ impl Case {
         let pivot = Passband::by_name(bands[0])?.pivot().0;
         let radiance = 1e-6;
         let (shape, words) = match place {
-            Place::Behind => Self::background(&mut dice, pivot, radiance),
-            Place::Within => Self::gas(&mut dice, pivot, radiance),
+            LightPlace::Behind => Self::background(&mut dice, pivot, radiance),
+            LightPlace::Within => Self::gas(&mut dice, pivot, radiance),
         };
         let sigma = dice.between(0.01, 300.0);
         let accuracy = dice.between(1e-6, 1e-2);
@@ -121,7 +121,7 @@ impl Case {
         let ratio = r_v.map_or(String::new(), |r| format!("r_v = {r}\n"));
         let (x, y) = (dice.next() - 0.5, dice.next() - 0.5);
         // Where light comes from within, every segment is an integral of its own: few of them, thick ones.
-        let steps = if place == Place::Within { format!("steps = {}\n", dice.one_of(&[1, 2, 3, 8, 40])) } else { String::new() };
+        let steps = if place == LightPlace::Within { format!("steps = {}\n", dice.one_of(&[1, 2, 3, 8, 40])) } else { String::new() };
         let text = format!(
             r#"bands = {bands:?}
 [camera]
@@ -150,7 +150,7 @@ bake = 4
     }
 
     /// A light behind the box, and how a scene says it.
-    fn background(dice: &mut Dice, pivot: f64, radiance: f64) -> (Shape, String) {
+    fn background(dice: &mut Dice, pivot: f64, radiance: f64) -> (SourceShape, String) {
         let head = format!(
             r#"[background]
 radiance = "{radiance} W/m2/sr/um"
@@ -160,7 +160,7 @@ wavelength = "{pivot} um"
         if dice.next() < 0.5 {
             let temperature = dice.between(2000.0, 50_000.0);
             let star = format!("{head}kind = \"blackbody\"\ntemperature = \"{temperature} K\"\n");
-            return (Shape::BlackBody(temperature, pivot), star);
+            return (SourceShape::BlackBody(temperature, pivot), star);
         }
         let exponent = -4.0 + 8.0 * dice.next();
         let star = format!(
@@ -169,11 +169,11 @@ exponent = {exponent}
 reference = "{pivot} um"
 "#
         );
-        (Shape::PowerLaw(exponent, pivot), star)
+        (SourceShape::PowerLaw(exponent, pivot), star)
     }
 
     /// A gas that glows within the box, and how a scene says it.
-    fn gas(dice: &mut Dice, pivot: f64, radiance: f64) -> (Shape, String) {
+    fn gas(dice: &mut Dice, pivot: f64, radiance: f64) -> (SourceShape, String) {
         let exponent = -4.0 + 8.0 * dice.next();
         // Strength is said per nm.
         let scale = format!(
@@ -184,7 +184,7 @@ continuum_exponent = {exponent}
 "#
         );
         (
-            Shape::PowerLaw(exponent, pivot),
+            SourceShape::PowerLaw(exponent, pivot),
             format!(
                 r#"[[emission]]
 kind = "lines"
@@ -198,25 +198,25 @@ density = "box"
     /// The radiance that a ray of `length` [pc] through the box should see in a passband [W m⁻² sr⁻¹], and F(0).
     fn truth(&self, band: &Passband) -> impl Fn(f64) -> (f64, f64) + use<> {
         let (sigma, radiance) = (self.sigma, self.radiance);
-        let samples = Samples::new(band, self.shape, &*self.law);
+        let samples = IntegrandSamples::new(band, self.shape, &*self.law);
         let (whole, place) = (radiance * samples.behind(0.0), self.place);
         move |length| match place {
-            Place::Behind => (radiance * samples.behind(sigma * length), whole),
-            Place::Within => (length * radiance * samples.within(sigma * length), length * whole),
+            LightPlace::Behind => (radiance * samples.behind(sigma * length), whole),
+            LightPlace::Within => (length * radiance * samples.within(sigma * length), length * whole),
         }
     }
 
     fn toml(&self) -> String {
-        let place = if self.place == Place::Behind { "behind" } else { "within" };
+        let place = if self.place == LightPlace::Behind { "behind" } else { "within" };
         match self.shape {
-            Shape::BlackBody(t, _) => format!("black body of {t:.0} K {place}"),
-            Shape::PowerLaw(e, _) => format!("power law {e:.2} {place}"),
+            SourceShape::BlackBody(t, _) => format!("black body of {t:.0} K {place}"),
+            SourceShape::PowerLaw(e, _) => format!("power law {e:.2} {place}"),
         }
     }
 }
 
 /// The outcome of one band of one scene.
-struct Outcome {
+struct BandOutcome {
     method: &'static str,
     what: String,
     /// Largest true error over the pixels, and what wstated: of F(0), and of F(a).
@@ -224,7 +224,7 @@ struct Outcome {
     relative: (f64, f64),
 }
 
-impl Outcome {
+impl BandOutcome {
     /// The excess of the worse of both errors over its bound, as a factor.
     fn excess(&self) -> f64 {
         let over = |(found, stated): (f64, f64)| (found - INTEGRAL).max(0.0) / stated.max(f64::MIN_POSITIVE);
@@ -233,8 +233,8 @@ impl Outcome {
 }
 
 /// Renders a scene and holds each band to its bound; none where the scene cannot be done by its method.
-fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec<Outcome>>> {
-    let case = Case::new(place, number)?;
+fn outcomes(place: LightPlace, number: usize, control: &Control) -> Result<Option<Vec<BandOutcome>>> {
+    let case = SlabCase::new(place, number)?;
     let scene = barnard_files::parse("campaign.toml", "campaign", case.text.clone(), &barnard_files::in_folder(".", DEFAULT_LIMIT))?;
     let options = Options::within(DEFAULT_LIMIT);
     let done = Planner::new(&options)
@@ -250,7 +250,7 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
         .map(|i| scene.camera.ray((i % EDGE) as f64 + 0.5, (i / EDGE) as f64 + 0.5))
         .map(|ray| BOX.clip(&ray).map_or(0.0, |(near, far)| far - near))
         .collect();
-    let of_band = |(b, name): (usize, &&'static str)| -> Result<Option<Outcome>> {
+    let of_band = |(b, name): (usize, &&'static str)| -> Result<Option<BandOutcome>> {
         let truth = case.truth(&Passband::by_name(name)?);
         if truth(1.0).1 <= 0.0 {
             return Ok(None);
@@ -267,7 +267,7 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
             }
         }
         let stated = stated.map_or((0.0, 0.0), |(_, c)| (c.absolute, c.relative));
-        Ok(Some(Outcome {
+        Ok(Some(BandOutcome {
             method: case.method,
             what: format!("{number}: {name}, {}, sigma {:.3}/pc, {}", case.law_name, case.sigma, case.toml()),
             absolute: (absolute, stated.0),
@@ -278,8 +278,8 @@ fn outcomes(place: Place, number: usize, control: &Control) -> Result<Option<Vec
 }
 
 /// Runs all scenes, and says which bounds were exceeded.
-pub(super) fn campaign(place: Place, control: &Control) -> Result<Findings> {
-    let done: Vec<Option<Vec<Outcome>>> = (0..SCENES)
+pub(super) fn campaign(place: LightPlace, control: &Control) -> Result<Findings> {
+    let done: Vec<Option<Vec<BandOutcome>>> = (0..SCENES)
         .into_par_iter()
         .map(|number| {
             control.check().map_err(crate::StudyError::from)?;
@@ -288,15 +288,15 @@ pub(super) fn campaign(place: Place, control: &Control) -> Result<Findings> {
         })
         .collect::<Result<_>>()?;
     let refused = done.iter().filter(|d| d.is_none()).count();
-    let mut all: Vec<Outcome> = done.into_iter().flatten().flatten().collect();
+    let mut all: Vec<BandOutcome> = done.into_iter().flatten().flatten().collect();
     let exceeded = all.iter().filter(|o| o.excess() > 1.0).count();
     let mut text = format!(
         "{SCENES} scenes, {} bands; {refused} scenes were rejected by their method. **Bounds exceeded: {exceeded}.** `sampled` is excluded, because its error is noise.\n\n",
         all.len()
     );
     let rows = methods().filter_map(|method| {
-        let outcomes: Vec<&Outcome> = all.iter().filter(|o| o.method == method.name).collect();
-        let largest = |quantity: fn(&Outcome) -> (f64, f64)| {
+        let outcomes: Vec<&BandOutcome> = all.iter().filter(|o| o.method == method.name).collect();
+        let largest = |quantity: fn(&BandOutcome) -> (f64, f64)| {
             outcomes.iter().map(|o| quantity(o)).map(|(f, s)| (f - INTEGRAL).max(0.0) / s).fold(0.0, f64::max)
         };
         let median = |mut values: Vec<f64>| {
@@ -334,10 +334,10 @@ mod tests {
 
     /// Holds some hundred scenes of the campaign, every method among them: no bound is exceeded, and a bound of a tenth
     /// would be. Beside them `known`, which once exceeded theirs.
-    fn hold(place: Place, known: &[usize]) {
+    fn hold(place: LightPlace, known: &[usize]) {
         let tried = |n: usize| outcomes(place, n, &Control::default()).unwrap();
         let numbers: Vec<usize> = (0..240).chain(known.iter().copied()).collect();
-        let all: Vec<Outcome> = numbers.into_par_iter().filter_map(tried).flatten().collect();
+        let all: Vec<BandOutcome> = numbers.into_par_iter().filter_map(tried).flatten().collect();
         assert!(all.len() > 300 && methods().filter(|m| m.name != "sampled").all(|m| all.iter().any(|o| o.method == m.name)));
         let exceeded = all.iter().filter(|o| o.excess() > 1.0);
         let words: Vec<String> = exceeded.map(|o| format!("{} {}: {:?} {:?}", o.method, o.what, o.absolute, o.relative)).collect();
@@ -347,12 +347,12 @@ mod tests {
 
     #[test]
     fn no_bound_of_light_from_behind_is_exceeded() {
-        hold(Place::Behind, &[]);
+        hold(LightPlace::Behind, &[]);
     }
 
     #[test]
     fn no_bound_of_light_from_within_is_exceeded() {
         // Light of two extinctions through a red leak, and terms that cancel where little is left.
-        hold(Place::Within, &[5256, 5003]);
+        hold(LightPlace::Within, &[5256, 5003]);
     }
 }

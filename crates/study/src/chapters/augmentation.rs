@@ -46,7 +46,7 @@ fn curves(name: &str, title: String, ends: (f64, f64), a: f64, range: f64) -> Re
 }
 
 /// A basis of one size for one range, and how far off it is; errors in parts of ‖1‖ unless they are said to be relative.
-struct Measured {
+struct MeasuredBasis {
     range: f64,
     size: usize,
     basis: Basis,
@@ -72,7 +72,7 @@ const HEAD: [&str; 7] = [
     "relative error at a = 400",
 ];
 
-impl Measured {
+impl MeasuredBasis {
     fn new(domain_um: (f64, f64), range: f64, size: usize) -> Result<Self> {
         let (domain, basis) = basis(domain_um, range, size)?;
         let norm = domain.exponential(0.0).norm();
@@ -113,9 +113,9 @@ fn run(control: &Control) -> Result<Findings> {
     let mut measured = Vec::new();
     for range in RANGES {
         control.check()?;
-        measured.extend(SIZES.iter().filter_map(|size| Measured::new(visible, range, *size).ok()));
+        measured.extend(SIZES.iter().filter_map(|size| MeasuredBasis::new(visible, range, *size).ok()));
     }
-    let five: Vec<&Measured> = measured.iter().filter(|m| m.size == 5).collect();
+    let five: Vec<&MeasuredBasis> = measured.iter().filter(|m| m.size == 5).collect();
     let series = five.iter().map(|m| m.series()).collect();
     figures.push(Figure {
         name: "augmentation_range".into(),
@@ -124,7 +124,7 @@ fn run(control: &Control) -> Result<Findings> {
         y: Axis::log("error, parts of the norm of 1"),
         series,
     });
-    let rows: Vec<Vec<String>> = measured.iter().map(Measured::row).collect();
+    let rows: Vec<Vec<String>> = measured.iter().map(MeasuredBasis::row).collect();
     let beyond = measured.iter().map(|m| m.beyond).fold(0.0, f64::max);
     let at_end = |choose: fn(f64, f64) -> f64| measured.iter().map(|m| m.at_end).reduce(choose).unwrap_or(f64::NAN);
     let text = format!(

@@ -77,13 +77,14 @@ fn run(control: &Control) -> Result<Findings> {
     for filter in FILTERS {
         control.check()?;
         let run = Run::passband(filter, &TEMPERATURES)?;
-        measured.extend(DEPTHS.map(|depth| Measured::new(&run, filter, depth, &times)));
+        measured.extend(DEPTHS.map(|depth| MeasuredFilter::new(&run, filter, depth, &times)));
     }
-    let rows: Vec<Vec<String>> = measured.iter().map(Measured::row).collect();
+    let rows: Vec<Vec<String>> = measured.iter().map(MeasuredFilter::row).collect();
     let ratios: Vec<f64> = measured.iter().flat_map(|m| m.at_equal_time().into_iter().flatten()).collect();
-    let same_size: Vec<f64> = measured.iter().flat_map(Measured::at_equal_size).collect();
-    let summary = measured.iter().filter(|m| (m.filter, m.depth) == SUMMARY).flat_map(Measured::needed).collect::<Vec<_>>();
-    let figures = measured.iter().filter(|m| SHOWN.0.contains(&m.filter) && SHOWN.1.contains(&m.depth)).map(Measured::figure).collect();
+    let same_size: Vec<f64> = measured.iter().flat_map(MeasuredFilter::at_equal_size).collect();
+    let summary = measured.iter().filter(|m| (m.filter, m.depth) == SUMMARY).flat_map(MeasuredFilter::needed).collect::<Vec<_>>();
+    let figures =
+        measured.iter().filter(|m| SHOWN.0.contains(&m.filter) && SHOWN.1.contains(&m.depth)).map(MeasuredFilter::figure).collect();
     let (least, better) = (sorted(&ratios).first().copied().unwrap_or(f64::NAN), ratios.iter().filter(|r| **r >= 10.0).count());
     let time_rows: Vec<Vec<String>> =
         times.iter().map(|t| vec![t.name.to_owned(), t.count.map_or("-".into(), |n| n.to_string()), short(t.seconds)]).collect();
@@ -113,7 +114,7 @@ fn run(control: &Control) -> Result<Findings> {
 }
 
 /// One filter up to one depth: what methods cost there, and how far off they are.
-struct Measured<'a> {
+struct MeasuredFilter<'a> {
     filter: &'static str,
     depth: f64,
     times: &'a [Timed],
@@ -121,7 +122,7 @@ struct Measured<'a> {
     errors: Vec<Option<f64>>,
 }
 
-impl<'a> Measured<'a> {
+impl<'a> MeasuredFilter<'a> {
     fn new(run: &Run, filter: &'static str, depth: f64, times: &'a [Timed]) -> Self {
         let error = |t: &Timed| {
             let settings = t.count.map_or_else(Default::default, sized);

@@ -26,14 +26,14 @@ const LONG: f64 = 3.0;
 const COMPARED: usize = 24;
 const SHOWN: usize = 6;
 
-struct Table {
+struct FrameTable {
     stars: usize,
     name: &'static str,
     amplified: f64,
     methods: Vec<(&'static str, Option<usize>)>,
 }
 
-fn tables() -> [Table; 2] {
+fn tables() -> [FrameTable; 2] {
     let one = vec![
         ("double_integration", Some(30)),
         ("analytic", None),
@@ -47,14 +47,14 @@ fn tables() -> [Table; 2] {
     six[1] = ("projection", Some(4));
     six.insert(2, ("propagation", Some(4)));
     [
-        Table { stars: 1, name: "one light", amplified: 16.0, methods: one },
-        Table { stars: 6, name: "six lights", amplified: 6.0, methods: six },
+        FrameTable { stars: 1, name: "one light", amplified: 16.0, methods: one },
+        FrameTable { stars: 6, name: "six lights", amplified: 6.0, methods: six },
     ]
 }
 
 fn run(control: &Control) -> Result<Findings> {
     let (mut findings, mut missed) = (Findings::default(), false);
-    for Table { stars, name, amplified, methods } in tables() {
+    for FrameTable { stars, name, amplified, methods } in tables() {
         let mut run = Run::new(stars, None, BAKE, EDGE)?;
         let (mut timed, mut plans) = (Vec::new(), Vec::new());
         for (method, count) in methods {
@@ -96,7 +96,7 @@ fn run(control: &Control) -> Result<Findings> {
         );
         let seconds = |method: &str| timed.iter().find(|(c, _)| c.method == method).map_or(f64::NAN, |(_, s)| *s);
         let claims = claims(stars, slowest, seconds("analytic"), seconds("projection"), seconds("propagation"), seconds("band_quadrature"));
-        findings.text += &claims.iter().map(Claim::in_words).collect::<String>();
+        findings.text += &claims.iter().map(RatioClaim::in_words).collect::<String>();
         findings.text += "\n";
         missed |= claims.iter().any(|c| !c.holds());
     }
@@ -115,13 +115,13 @@ const WHY: &str = "\nA ratio of Barrès & Neyret is missed because all methods m
                    its marches to the stars read a volume of one channel. Propagation reads elements × polynomials at every sample.\n";
 
 /// A ratio of Barrès & Neyret and ours.
-struct Claim {
+struct RatioClaim {
     what: &'static str,
     ratio: f64,
     asked: f64,
 }
 
-impl Claim {
+impl RatioClaim {
     fn holds(&self) -> bool {
         self.ratio >= self.asked
     }
@@ -132,8 +132,8 @@ impl Claim {
     }
 }
 
-fn claims(stars: usize, midpoint: f64, analytic: f64, projection: f64, propagation: f64, default: f64) -> Vec<Claim> {
-    let claim = |what, ratio, asked| Claim { what, ratio, asked };
+fn claims(stars: usize, midpoint: f64, analytic: f64, projection: f64, propagation: f64, default: f64) -> Vec<RatioClaim> {
+    let claim = |what, ratio, asked| RatioClaim { what, ratio, asked };
     if stars == 1 {
         vec![
             claim("projection against midpoint", midpoint / projection, 8.7),

@@ -103,7 +103,7 @@ impl Run {
 
     /// Resizes the scene to fewer pixels.
     pub fn resized(&mut self, edge: usize) {
-        let camera = self.scene.camera.clone().size(edge, edge);
+        let camera = self.scene.camera.clone().with_size(edge, edge);
         self.scene = self.scene.clone().with_camera(camera);
     }
 

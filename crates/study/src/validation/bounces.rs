@@ -22,22 +22,22 @@ pub(super) const CHAPTER: Chapter = Chapter {
 };
 
 /// A cloud: its name, its fields, its density, and the scale that makes its deepest ray one of depth 1 at V.
-struct Cloud {
+struct BounceCloud {
     name: &'static str,
     fields: &'static str,
     density: &'static str,
     scale: f64,
 }
 
-const CLOUDS: [Cloud; 3] = [
-    Cloud { name: "sphere", fields: "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n", density: "ball", scale: 0.5 },
-    Cloud {
+const CLOUDS: [BounceCloud; 3] = [
+    BounceCloud { name: "sphere", fields: "[field.ball]\nkind = \"sphere\"\nradius = \"1 pc\"\n", density: "ball", scale: 0.5 },
+    BounceCloud {
         name: "fBm cloud",
         fields: "[field.cloud]\nkind = \"fbm\"\nseed = 11\nradius = \"1 pc\"\nscale = \"0.8 pc\"\noctaves = 5\noffset = 0.2\n",
         density: "cloud",
         scale: 1.07,
     },
-    Cloud {
+    BounceCloud {
         name: "turbulent cloud, simulated, 128³",
         fields: "[field.n_H]\nkind = \"grid\"\nfile = \"volumes/turbulent_cloud_128.npz\"\naxes = \"xyz\"\nfactor = 2\nlow = \"-1 -1 -1 pc\"\nhigh = \"1 1 1 pc\"\n\
                  [field.ball]\nkind = \"sphere\"\nradius = \"0.95 pc\"\n",
@@ -47,15 +47,15 @@ const CLOUDS: [Cloud; 3] = [
 ];
 
 /// A depth, the star's place that goes with it, and the error that is asked.
-struct Case {
+struct BounceCase {
     depth: f64,
     star: &'static str,
     asked: f64,
 }
 
 /// The cases: in clouds of depth 30 a star is outside, since paths from the eye do not find one that is buried so deep.
-const CASES: [Case; 2] =
-    [Case { depth: 3.0, star: "0.25 0.15 0.35", asked: 0.05 }, Case { depth: 30.0, star: "0.3 0.5 1.35", asked: 0.15 }];
+const CASES: [BounceCase; 2] =
+    [BounceCase { depth: 3.0, star: "0.25 0.15 0.35", asked: 0.05 }, BounceCase { depth: 30.0, star: "0.3 0.5 1.35", asked: 0.15 }];
 /// Mean cosines of the phase function.
 const MEAN_COSINES: [f64; 2] = [0.0, 0.7];
 /// Pixels an edge of what is compared, and how many times larger they are shown; paths of each.
@@ -68,7 +68,7 @@ const ROUNDS: usize = 5;
 /// The factor by which differences are shown brighter.
 const AMPLIFIED: f64 = 4.0;
 
-fn scene(cloud: &Cloud, case: &Case, g: f64) -> Result<Scene> {
+fn scene(cloud: &BounceCloud, case: &BounceCase, g: f64) -> Result<Scene> {
     let text = format!(
         "bands = [\"johnson-V\"]\n[camera]\nkind = \"perspective\"\nposition = \"0.6 0.4 6 pc\"\nfield_of_view = \"24 deg\"\nsize = [{COMPARED}, {COMPARED}]\n\
          {}[dust]\ndensity = \"{}\"\nscale = \"{} /pc\"\nlaw = \"ccm89\"\nalbedo = 0.8\nphase = {{ kind = \"henyey_greenstein\", g = {g} }}\n\
@@ -83,7 +83,7 @@ fn scene(cloud: &Cloud, case: &Case, g: f64) -> Result<Scene> {
 }
 
 /// The pictures and times of one scene.
-struct Run {
+struct BounceRun {
     once: Vec<f64>,
     many: Vec<f64>,
     /// Light that scattered at least twice, by paths, and its standard errors.
@@ -96,7 +96,7 @@ struct Run {
     plan: Planned,
 }
 
-impl Run {
+impl BounceRun {
     fn new(scene: &Scene, control: &Control) -> Result<Self> {
         let start = Instant::now();
         let tracer = backends::paths(scene, path::Options::default().with_first(2).with_samples(PATHS), control)?;
@@ -217,7 +217,7 @@ fn run(control: &Control) -> Result<Findings> {
             let mut rows = Vec::new();
             for g in MEAN_COSINES {
                 control.check()?;
-                let run = Run::new(&scene(cloud, case, g)?, control)?;
+                let run = BounceRun::new(&scene(cloud, case, g)?, control)?;
                 let (error, ratio) = (run.error(), run.frames.0 / run.frames.1);
                 (*worst, slowest) = (worst.max(error), slowest.max(ratio));
                 let name = [cloud.name.to_owned(), short(case.depth), short(g)];
@@ -266,7 +266,7 @@ fn run(control: &Control) -> Result<Findings> {
 }
 
 /// A montage with a row for each mean cosine: one bounce, many, those of the path tracer, and the difference.
-fn montage(name: &str, words: &str, runs: &[Run]) -> Picture {
+fn montage(name: &str, words: &str, runs: &[BounceRun]) -> Picture {
     let (columns, rows) = (4 * COMPARED, runs.len() * COMPARED);
     let (width, height) = (columns * SHOWN, rows * SHOWN);
     let whites: Vec<f64> = runs.iter().map(|run| white((0..run.once.len()).map(|i| run.truth(i)).collect())).collect();

@@ -99,7 +99,7 @@ fn percent(v: f64) -> String {
 }
 
 /// A scene of so many stars, its plan, and how long its frame takes beside that of one star.
-struct Run {
+struct StarRun {
     stars: usize,
     scene: Scene,
     plan: Planned,
@@ -109,7 +109,7 @@ struct Run {
     ratio: f64,
 }
 
-impl Run {
+impl StarRun {
     fn new(stars: usize, one: &Planned, control: &Control) -> Result<Self> {
         control.check()?;
         let scene = scene(stars, None)?;
@@ -182,7 +182,7 @@ fn run(control: &Control) -> Result<Findings> {
     let one = planned(&scene(1, None)?, control)?.0;
     let (mut rows, mut slowest) = (Vec::new(), 0.0f64);
     for stars in COUNTS {
-        let run = Run::new(stars, &one, control)?;
+        let run = StarRun::new(stars, &one, control)?;
         let mut row = run.against_paths(control)?;
         let exact = run.one_by_one(&one, control)?;
         row.extend(exact.as_ref().map_or_else(Default::default, OneByOne::in_words));

@@ -15,7 +15,7 @@ use crate::comparison::Comparison;
 use crate::document::Document;
 use crate::edit::Edit;
 use crate::flight::Flight;
-use crate::layout::Layout;
+use crate::layout::WindowLayout;
 use crate::order::Refinement;
 use crate::picture::Picture;
 use crate::probe::Probed;
@@ -62,7 +62,7 @@ pub struct Model {
     /// The message below, where there is one.
     pub notice: Option<Notice>,
     /// Open panels, and marks over the picture.
-    pub layout: Layout,
+    pub layout: WindowLayout,
     /// The place of the pointer in the picture, in parts of its width and height.
     pub pointer: Option<(f64, f64)>,
     /// The last spectrum of the probe.
@@ -83,7 +83,7 @@ impl Model {
             comparison: Comparison::default(),
             shown: None,
             notice: None,
-            layout: Layout::default(),
+            layout: WindowLayout::default(),
             pointer: None,
             probed: None,
             exposure: 0,

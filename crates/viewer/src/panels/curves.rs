@@ -47,7 +47,7 @@ pub(super) fn diamond(painter: &Painter, at: Pos2) {
 }
 
 /// A strip as long as the bar, with lines by the moments of its width: its rectangle, and what the pointer does there.
-struct Strip {
+struct LaneStrip {
     rect: Rect,
     response: egui::Response,
     duration: f64,
@@ -55,7 +55,7 @@ struct Strip {
     range: (f64, f64),
 }
 
-impl Strip {
+impl LaneStrip {
     fn new(ui: &mut Ui, model: &Model, label: &str, numbers: impl Fn(f64) -> Option<Vec<f64>>) -> Self {
         let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, label));
@@ -130,12 +130,12 @@ fn words(numbers: &[f64], unit: &str) -> String {
 fn way(ui: &mut Ui, model: &Model, timeline: &Timeline, commands: &mut Commands) {
     let numbers = |time| timeline.position(time).map(|p| p.to_array().to_vec());
     let now = numbers(model.clock.time).map_or_else(String::new, |place| words(&place, "pc"));
-    let strip = Strip::new(ui, model, &format!("camera.position   {now}"), numbers);
+    let strip = LaneStrip::new(ui, model, &format!("camera.position   {now}"), numbers);
     scrub(&strip, commands);
 }
 
 /// Goes to the moment that the pointer is at.
-fn scrub(strip: &Strip, commands: &mut Commands) {
+fn scrub(strip: &LaneStrip, commands: &mut Commands) {
     if let (true, Some(pointer)) = (strip.response.dragged() || strip.response.clicked(), strip.response.interact_pointer_pos()) {
         commands.push(Command::Seek(strip.time(pointer.x)));
     }
@@ -144,7 +144,7 @@ fn scrub(strip: &Strip, commands: &mut Commands) {
 /// The curve of a track. A key is dragged; a double click adds one, a right click takes one away.
 fn curve(ui: &mut Ui, model: &Model, (track, name, values): (usize, &str, &Track), commands: &mut Commands) {
     let now = values.numbers(model.clock.time).map_or_else(|| values.at(model.clock.time).to_string(), |v| words(&v, values.unit()));
-    let strip = Strip::new(ui, model, &format!("{name}   {now}"), |time| values.numbers(time));
+    let strip = LaneStrip::new(ui, model, &format!("{name}   {now}"), |time| values.numbers(time));
     let times = values.times();
     let middle = strip.rect.center().y;
     let place = |key: usize| {

@@ -11,7 +11,7 @@ use super::{band_colour, section, wavelength_colour};
 use crate::command::{Command, Commands};
 use crate::edit::{self, Edit, count, numbers, place_text, table};
 use crate::editor;
-use crate::layout::Layout;
+use crate::layout::WindowLayout;
 use crate::model::Model;
 
 /// Points of a curve in the plot.
@@ -30,7 +30,7 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     section(ui, "Spectra", true, |ui| {
         let mut logarithmic = model.layout.logarithmic;
         if ui.checkbox(&mut logarithmic, "logarithmic").changed() {
-            commands.push(Command::Layout(Layout { logarithmic, ..model.layout.clone() }));
+            commands.push(Command::Layout(WindowLayout { logarithmic, ..model.layout.clone() }));
         }
         plot(ui, model, commands);
     });

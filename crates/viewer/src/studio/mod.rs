@@ -19,15 +19,15 @@ use crate::order::{Order, Refinement, View};
 use crate::picture::{Picture, Times};
 
 /// The time that a picture may take while things move [s].
-struct Pace {
+struct MotionPace {
     /// The time for rays and colours [s]: at most, and at least whatever the plan takes.
     rays: (f64, f64),
     /// The time for the plan with them.
     all: f64,
 }
 
-const ON_PROCESSOR: Pace = Pace { rays: (0.06, 0.02), all: 0.085 };
-const ON_DEVICE: Pace = Pace { rays: (0.03, 0.01), all: 0.04 };
+const ON_PROCESSOR: MotionPace = MotionPace { rays: (0.06, 0.02), all: 0.085 };
+const ON_DEVICE: MotionPace = MotionPace { rays: (0.03, 0.01), all: 0.04 };
 /// Pixels a second before any was measured.
 const FIRST_RATE: f64 = 4e4;
 /// The factor by which the next finer picture has more pixels each way.
@@ -168,32 +168,37 @@ impl Studio {
             reached = Some(quality);
         }
         if reached < Some(Refinement::Settled) {
-            let mut pictures: Vec<Picture> = Vec::new();
-            let mut failure = None;
-            for (i, view) in order.views.iter().enumerate() {
-                let picture = match pictures.first().filter(|_| view.recorded) {
-                    None => self.settled(i, view, order, control)?,
-                    // What cannot be recorded is shown as it is.
-                    Some(record) => match record.recorded(&view.scene, None, control) {
-                        Ok(recorded) => recorded,
-                        Err(Error::Interrupted) => return Err(Error::Interrupted),
-                        Err(error) => {
-                            failure = Some(error);
-                            record.clone()
-                        }
-                    },
-                };
-                if view.recorded {
-                    self.stands[i].keep(view, &order.camera, Refinement::Settled, &picture);
-                }
-                pictures.push(picture);
-            }
+            let (pictures, failure) = self.all_settled(order, control)?;
             show(Refinement::Settled, pictures);
             if let Some(failure) = failure {
                 return Err(failure);
             }
         }
         self.keep_plates(order, control)
+    }
+
+    /// Final pictures of all views. One that cannot be recorded is shown as it is, with the reason.
+    fn all_settled(&mut self, order: &Order, control: &Control) -> Result<(Vec<Picture>, Option<Error>)> {
+        let mut pictures: Vec<Picture> = Vec::new();
+        let mut failure = None;
+        for (i, view) in order.views.iter().enumerate() {
+            let picture = match pictures.first().filter(|_| view.recorded) {
+                None => self.settled(i, view, order, control)?,
+                Some(picture) => match picture.recorded(&view.scene, None, control) {
+                    Ok(recorded) => recorded,
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    Err(error) => {
+                        failure = Some(error);
+                        picture.clone()
+                    }
+                },
+            };
+            if view.recorded {
+                self.stands[i].keep(view, &order.camera, Refinement::Settled, &picture);
+            }
+            pictures.push(picture);
+        }
+        Ok((pictures, failure))
     }
 
     /// Pictures by plates, where all views have some that serve.

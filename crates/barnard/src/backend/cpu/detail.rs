@@ -6,7 +6,7 @@
 
 use spectra::simd;
 
-use super::state::State;
+use super::state::PacketState;
 use crate::camera::Footprint;
 use crate::detail::{FineDetail, Octave, log_mean, single};
 use crate::packet::{LANES, Lane, exp, fma, lanes, largest};
@@ -35,7 +35,7 @@ impl<'a> DetailNoise<'a> {
     }
 
     /// Variant along the rays of a packet, whose stretch begins at its span.
-    pub(super) fn along(&self, state: &State) -> PacketDetail {
+    pub(super) fn along(&self, state: &PacketState) -> PacketDetail {
         let start = |lane: usize| state.span.0[lane];
         let noise = |octave: &'a Octave| {
             let place = |lane: usize| octave.turn * state.rays[lane].at(start(lane)) + octave.shift;

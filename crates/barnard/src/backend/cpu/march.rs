@@ -22,7 +22,7 @@ use super::context::Context;
 use super::detail::{DetailNoise, PacketDetail};
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
-use super::state::{Moments, StarView, State, StepSpan};
+use super::state::{Moments, PacketState, StarView, StepSpan};
 use super::tables::Tables;
 use super::terms::{NodeTerms, Terms};
 use super::{double_integration, shading};
@@ -111,11 +111,11 @@ impl<'a> March<'a> {
     }
 
     /// Marches a packet: the light of each term, and the depths behind all.
-    pub fn light<'r>(&self, rays: &'r [Ray; LANES], numbers: &[u64; LANES]) -> State<'r> {
+    pub fn light<'r>(&self, rays: &'r [Ray; LANES], numbers: &[u64; LANES]) -> PacketState<'r> {
         let terms = self.context.tables.weights.terms;
         let nowhere = ([0.0; LANES], [0.0; LANES]);
         let (sums, channels) = (self.context.tables.terms.sums(terms), self.context.tables.light_sums.as_ref().map_or(0, |g| g.channels()));
-        let mut state = State {
+        let mut state = PacketState {
             rays,
             drawn: self.context.tables.terms.draw(numbers),
             final_span: false,
@@ -168,7 +168,7 @@ impl<'a> March<'a> {
         radiance
     }
 
-    fn star_view(&self, star: usize, state: &State) -> StarView {
+    fn star_view(&self, star: usize, state: &PacketState) -> StarView {
         let place = self.context.plan.space.stars[star];
         let foot = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
         let foot_of = lanes!(|lane| (foot(lane) - state.span.0[lane]) as f32);
@@ -191,7 +191,7 @@ impl<'a> March<'a> {
 
     /// The number of parts that step number `step` must be marched in, so that each is short beside its distance to a
     /// star.
-    fn parts(&self, state: &State, views: &[StarView], step: usize) -> usize {
+    fn parts(&self, state: &PacketState, views: &[StarView], step: usize) -> usize {
         let of_lane = |view: &StarView, lane: usize| {
             let dt = f64::from(state.dt[lane]);
             near::parts(f64::from(view.distance[lane]), f64::from(view.foot[lane]) - step as f64 * dt, dt, self.context.voxel_pc)
@@ -201,7 +201,7 @@ impl<'a> March<'a> {
     }
 
     /// For each volume, a one on the lanes whose span lies inside it; none where all lanes do.
-    fn masks(&self, state: &State) -> Vec<Option<Lane>> {
+    fn masks(&self, state: &PacketState) -> Vec<Option<Lane>> {
         let middle = |lane: usize| state.rays[lane].at(0.5 * (state.span.0[lane] + state.span.1[lane]));
         let mask = |v: &Volume| {
             let mask = lanes!(|lane| f32::from(u8::from(v.inner.bounds.contains(middle(lane)))));
@@ -211,7 +211,7 @@ impl<'a> March<'a> {
     }
 
     /// The steps of a span in which a segment may count.
-    fn counted(&self, state: &State, steps: usize) -> Range<usize> {
+    fn counted(&self, state: &PacketState, steps: usize) -> Range<usize> {
         let Some(domain) = &self.domain else { return 0..steps };
         let domain = self.context.plan.space.occupied.map_or(*domain, |all| moved_out(domain, &all));
         let of_lane = |lane: usize| {
@@ -226,7 +226,7 @@ impl<'a> March<'a> {
 
     /// The lanes on which a segment counts; none where it does on all.
     #[inline(always)]
-    fn counting(&self, state: &State, span: StepSpan) -> Option<[bool; LANES]> {
+    fn counting(&self, state: &PacketState, span: StepSpan) -> Option<[bool; LANES]> {
         let domain = self.domain.as_ref()?;
         let middle = f64::from(span.start + 0.5 * span.length);
         let counts: [bool; LANES] =
@@ -235,7 +235,7 @@ impl<'a> March<'a> {
     }
 
     /// Marches the star depths of a sample again, as Barrès & Neyret do.
-    fn star_depths_again(&self, state: &State, at: f32, samples: usize, out: &mut [Lane]) {
+    fn star_depths_again(&self, state: &PacketState, at: f32, samples: usize, out: &mut [Lane]) {
         let Some(dust) = &self.dust_alone else { return };
         let place = |lane: usize| state.rays[lane].at(state.span.0[lane] + f64::from(at) * f64::from(state.dt[lane]));
         let places = std::array::from_fn(place);
@@ -245,7 +245,7 @@ impl<'a> March<'a> {
     }
 
     /// True if nothing behind `steps` can change any band by a part of the accuracy.
-    fn ended(&self, state: &State, views: &[StarView], steps: usize) -> bool {
+    fn ended(&self, state: &PacketState, views: &[StarView], steps: usize) -> bool {
         let Tables { terms, weights, .. } = self.context.tables;
         let Some(NodeTerms { k, range }) = terms.exponentials() else { return false };
         if !state.final_span || self.domain.is_some() || self.is_whole {
@@ -285,7 +285,7 @@ impl<'a> March<'a> {
     }
 
     /// Bound of ∫ σ dt/r² over the rest of the span.
-    fn rest_of_star(&self, state: &State, view: &StarView, steps: usize) -> Lane {
+    fn rest_of_star(&self, state: &PacketState, view: &StarView, steps: usize) -> Lane {
         lanes!(|lane| {
             let b = view.distance[lane].max(1e-6);
             let here = steps as f32 * state.dt[lane] - view.foot[lane];
@@ -296,7 +296,7 @@ impl<'a> March<'a> {
 }
 
 simd! {
-    fn march_span(march: &March, state: &mut State, steps: usize) {
+    fn march_span(march: &March, state: &mut PacketState, steps: usize) {
         let context = &march.context;
         let cursors: Vec<Cursor> = context.plan.volumes().map(|v| Cursor::new(v, state.rays, &state.span.0, &state.span.1)).collect();
         let masks = march.masks(state);
@@ -309,7 +309,7 @@ simd! {
         let mut middle = context.plan.stepping.has_middles().then(|| before.clone());
         let Range { start: mut step, end: steps } = march.counted(state, steps);
         let mut detail = march.detail.as_ref().map(|detail| detail.along(state));
-        let mut samples = Samples { context, cursors: &cursors, masks: &masks, dt: state.dt, detail: &mut detail };
+        let mut samples = SpanSamples { context, cursors: &cursors, masks: &masks, dt: state.dt, detail: &mut detail };
         // A sample stands for the way to those beside it.
         let share = if middle.is_some() { 0.5 } else { 1.0 };
         samples.read(step as f32, share, &mut before);
@@ -381,7 +381,7 @@ fn only(context: &Context, sample: &[Lane], counts: &[bool; LANES], out: &mut Ve
 }
 
 /// The samples of a packet along its span.
-struct Samples<'a> {
+struct SpanSamples<'a> {
     context: &'a Context<'a>,
     cursors: &'a [Cursor<'a>],
     masks: &'a [Option<Lane>],
@@ -389,7 +389,7 @@ struct Samples<'a> {
     detail: &'a mut Option<PacketDetail>,
 }
 
-impl Samples<'_> {
+impl SpanSamples<'_> {
     /// Reads all channels at a number of steps into the span; the sample stands for so many steps around it.
     #[inline(always)]
     fn read(&mut self, steps: f32, length: f32, out: &mut [Lane]) {

@@ -105,14 +105,14 @@ pub fn distances(plan: &Planned, control: &Control) -> Result<Distances> {
 }
 
 /// The rays of a packet, and their numbers in the image.
-type Packet<'a> = (&'a [Ray; LANES], &'a [u64; LANES]);
+type RayPacket<'a> = (&'a [Ray; LANES], &'a [u64; LANES]);
 
 /// What `packet` finds on the rays of a camera, channel × lane, as an image of channels × height × width; and the largest of
 /// the numbers that it tells beside.
 fn marched(
     camera: &Camera,
     channels: usize,
-    packet: impl Fn(Packet) -> (Vec<f32>, f32) + Sync,
+    packet: impl Fn(RayPacket) -> (Vec<f32>, f32) + Sync,
     control: &Control,
 ) -> Result<(Vec<f32>, f32)> {
     let s = camera.supersampling;

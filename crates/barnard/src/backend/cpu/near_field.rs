@@ -14,10 +14,10 @@ use smallvec::SmallVec;
 use super::context::Context;
 use super::phase_rows::PhaseEntries;
 use super::segment::Segment;
-use super::state::{State, StepSpan};
+use super::state::{PacketState, StepSpan};
 use super::terms::{Bases, DepthSpan};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
-use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, Shape, depth_within};
+use crate::plan::many_lights::near_field_kernel::{KernelShape, PROFILE, Profile, depth_within};
 use crate::plan::near::{CLOSEST, NEAR_FIELD_PIECES, near_field_piece};
 use crate::plan::{ManyLights, MultipleScattering, Plan};
 
@@ -30,7 +30,7 @@ pub struct NearStar<'a> {
     half: Lane,
     /// Length of the kernel in front of the star, relative to its width.
     ahead: f32,
-    shape: Shape,
+    shape: KernelShape,
     /// Depths before it, their places in one parsec, and σ at it.
     profile: &'a Profile,
     inverse_step: f32,
@@ -42,7 +42,7 @@ pub struct NearStar<'a> {
 }
 
 /// A piece of a segment on each ray: its light without phase function, and where in the phase table it is.
-struct Piece {
+struct SegmentPiece {
     light: Lane,
     entries: PhaseEntries,
 }
@@ -69,7 +69,7 @@ impl<'a> NearField<'a> {
     }
 
     /// The stars whose kernels a packet's span crosses.
-    pub fn beside(&self, state: &State) -> Vec<NearStar<'a>> {
+    pub fn beside(&self, state: &PacketState) -> Vec<NearStar<'a>> {
         let (near, far) = (0..LANES)
             .filter(|lane| state.dt[*lane] > 0.0)
             .fold((f64::MAX, 0.0f64), |(near, far), lane| (near.min(state.span.0[lane]), far.max(state.span.1[lane])));
@@ -84,7 +84,7 @@ impl<'a> NearField<'a> {
         self.many_lights.beside(middle, near, far, reach).filter_map(|star| self.near_star(state, star)).collect()
     }
 
-    fn near_star(&self, state: &State, star: usize) -> Option<NearStar<'a>> {
+    fn near_star(&self, state: &PacketState, star: usize) -> Option<NearStar<'a>> {
         let place = self.many_lights.places[star];
         let along = |lane: usize| (place - state.rays[lane].origin).dot(state.rays[lane].direction);
         let foot = lanes!(|lane| (along(lane) - state.span.0[lane]) as f32);
@@ -120,7 +120,7 @@ struct Within {
 struct Pieces {
     total: Lane,
     deep: Lane,
-    list: SmallVec<[Piece; 1]>,
+    list: SmallVec<[SegmentPiece; 1]>,
 }
 
 impl NearStar<'_> {
@@ -132,7 +132,7 @@ impl NearStar<'_> {
 
     /// Adds its light of one segment, between whose ends σ is linear.
     #[inline(always)]
-    pub fn scatter(&self, context: &Context, state: &mut State, segment: &Segment) {
+    pub fn scatter(&self, context: &Context, state: &mut PacketState, segment: &Segment) {
         let Some(dust) = context.slots.dust else { return };
         let pieces = self.pieces(context, &self.within(state, segment), &segment.before[dust], &segment.after[dust]);
         if largest(&pieces.total) > 0.0 {
@@ -142,7 +142,7 @@ impl NearStar<'_> {
 
     /// The part of a segment that lies in the kernel.
     #[inline(always)]
-    fn within(&self, state: &State, segment: &Segment) -> Within {
+    fn within(&self, state: &PacketState, segment: &Segment) -> Within {
         // Where the segment enters and leaves the kernel, from the foot.
         let start = lanes!(|lane| fma(segment.span.start, state.dt[lane], -self.foot[lane]));
         let length = segment.length;
@@ -204,7 +204,7 @@ impl NearStar<'_> {
                 pieces.deep[lane] = fma(piece[lane], depth, pieces.deep[lane]);
                 (cosines[lane], sines2[lane]) = (cosine, b[lane] * b[lane] * inverse * inverse);
             }
-            pieces.list.push(Piece { light: piece, entries: context.phase_entries(&cosines, &sines2) });
+            pieces.list.push(SegmentPiece { light: piece, entries: context.phase_entries(&cosines, &sines2) });
             for lane in 0..LANES {
                 towards[lane] = towards[lane].and(half[lane]).and(half[lane]);
             }
@@ -214,7 +214,7 @@ impl NearStar<'_> {
 
     /// Adds what pieces send, each at its own angle, all behind the depth of their middle.
     #[inline(always)]
-    fn shine(&self, context: &Context, state: &mut State, growth: &Lane, pieces: &Pieces) {
+    fn shine(&self, context: &Context, state: &mut PacketState, growth: &Lane, pieces: &Pieces) {
         let Pieces { total, deep, list } = pieces;
         let weights = &context.tables.weights.many_lights[self.star];
         let depth = lanes!(|lane| if total[lane] > 0.0 { deep[lane] / total[lane] } else { 0.0 });
@@ -228,7 +228,7 @@ impl NearStar<'_> {
         };
         let spread = &mut state.bases[..phase.at_nodes.columns()];
         spread.fill([0.0; LANES]);
-        for Piece { light, entries } in list {
+        for SegmentPiece { light, entries } in list {
             phase.at_nodes.add(entries, light, spread);
         }
         let bases = if phase.separable {

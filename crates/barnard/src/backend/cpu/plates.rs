@@ -4,7 +4,7 @@ use spectra::simd;
 
 use super::march::March;
 use super::tables::Tables;
-use super::{Packet, RenderStats, marched, stats_of};
+use super::{RayPacket, RenderStats, marched, stats_of};
 use crate::control::Control;
 use crate::error::Result;
 use crate::light::Route;
@@ -28,7 +28,7 @@ pub(crate) fn combined(plan: &Plan, lights: &[usize], rows: &[Vec<f32>], control
     let tables = Tables::new(plan);
     let march = March::new(plan, &tables, None).whole();
     let k = tables.terms.exponentials().map_or(&[][..], |nodes| &nodes.k);
-    let packet = |(rays, numbers): Packet| {
+    let packet = |(rays, numbers): RayPacket| {
         let state = march.light(rays, numbers);
         let mut out = vec![0.0; lights.len() * rows.len() * LANES];
         let mut deepest = largest(&state.deepest);

@@ -6,13 +6,13 @@
 use super::context::Context;
 use super::light_sums::LightSums;
 use super::segment::Segment;
-use super::state::State;
+use super::state::PacketState;
 use super::terms::DepthSpan;
 use crate::packet::{LANES, lanes};
 
 /// Adds what one segment scatters.
 #[inline(always)]
-pub(super) fn accumulate(context: &Context, sums: &LightSums, state: &mut State, segment: &Segment) {
+pub(super) fn accumulate(context: &Context, sums: &LightSums, state: &mut PacketState, segment: &Segment) {
     if sums.size <= 4 {
         accumulate_rows::<4>(context, sums, state, segment);
     } else {
@@ -21,7 +21,7 @@ pub(super) fn accumulate(context: &Context, sums: &LightSums, state: &mut State,
 }
 
 #[inline(always)]
-fn accumulate_rows<const ROW: usize>(context: &Context, sums: &LightSums, state: &mut State, segment: &Segment) {
+fn accumulate_rows<const ROW: usize>(context: &Context, sums: &LightSums, state: &mut PacketState, segment: &Segment) {
     let (growth, before, after) = (&segment.growth, segment.before, segment.after);
     let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + 0.5 * growth[lane]), half: lanes!(|lane| 0.5 * growth[lane]) };
     let means = sums.coordinates.means::<ROW>(&span);

@@ -1,7 +1,7 @@
 //! One segment of sixteen rays, between two samples.
 
 use super::context::Context;
-use super::state::{State, StepSpan};
+use super::state::{PacketState, StepSpan};
 use crate::packet::{LANES, Lane, fma, lanes};
 
 /// One segment of sixteen rays, with what it needs to be shaded.
@@ -24,7 +24,13 @@ pub(super) struct Segment<'a> {
 impl<'a> Segment<'a> {
     /// Makes the segment of a span from what the volumes hold at its ends.
     #[inline(always)]
-    pub fn new(context: &Context, state: &State, span: StepSpan, [before, after]: [&'a [Lane]; 2], middle: Option<&'a [Lane]>) -> Self {
+    pub fn new(
+        context: &Context,
+        state: &PacketState,
+        span: StepSpan,
+        [before, after]: [&'a [Lane]; 2],
+        middle: Option<&'a [Lane]>,
+    ) -> Self {
         let length = lanes!(|lane| span.length * state.dt[lane]);
         let mut segment = Self { span, before, after, middle, length, growth: [0.0; LANES], first: [0.0; LANES] };
         if let Some(dust) = context.slots.dust {

@@ -8,7 +8,7 @@ use super::near_field::NearStar;
 use super::phase_rows::PhaseEntries;
 use super::propagation;
 use super::segment::Segment;
-use super::state::{StarView, State};
+use super::state::{PacketState, StarView};
 use super::tables::Tables;
 use super::terms::{Bases, DepthSpan, Terms};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
@@ -28,7 +28,7 @@ struct Irradiated {
 
 /// Adds the light of a segment and moves τ to its end.
 #[inline(always)]
-pub(super) fn add(segment: &Segment, context: &Context, state: &mut State, views: &[StarView], near_field: &[NearStar]) {
+pub(super) fn add(segment: &Segment, context: &Context, state: &mut PacketState, views: &[StarView], near_field: &[NearStar]) {
     if largest(&segment.growth) > 0.0 {
         match &context.tables.light_sums {
             Some(sums) => propagation::accumulate(context, sums, state, segment),
@@ -55,7 +55,7 @@ pub(super) fn add(segment: &Segment, context: &Context, state: &mut State, views
 
 /// Light of one star, scattered once.
 #[inline(always)]
-fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &Scatterer, view: &StarView) {
+fn scatter(segment: &Segment, context: &Context, state: &mut PacketState, scatterer: &Scatterer, view: &StarView) {
     let slot = context.slots.stars[scatterer.star];
     let (growth, before, after) = (&segment.growth, &segment.before[slot], &segment.after[slot]);
     let from_star = segment.mean_over_dust(slot, context.slots.dust.unwrap_or(slot));
@@ -80,7 +80,7 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
                 1 => rows.spread(&angle(segment, context, view, along, 0.0).0, base, spread),
                 phases => {
                     spread.fill([0.0; LANES]);
-                    for Angle { entries, share } in angles(segment, context, view, along, phases) {
+                    for SegmentAngle { entries, share } in angles(segment, context, view, along, phases) {
                         rows.add(&entries, &lanes!(|lane| base[lane] * share[lane]), spread);
                     }
                 }
@@ -96,7 +96,7 @@ fn scatter(segment: &Segment, context: &Context, state: &mut State, scatterer: &
 
 /// ⟨1/r²⟩ = atan(q)/(q p), q = b Δt/p, p = b² + t₀t₁; segments that a star sees under a wide angle go another way.
 #[inline(always)]
-fn irradiated(segment: &Segment, context: &Context, state: &State, view: &StarView) -> Irradiated {
+fn irradiated(segment: &Segment, context: &Context, state: &PacketState, view: &StarView) -> Irradiated {
     let reach = (NEAR_VOXELS * context.voxel_pc) as f32;
     let mut irradiated = Irradiated { close: [false; LANES], base: [0.0; LANES], mean: [0.0; LANES], along: [0.0; LANES] };
     for lane in 0..LANES {
@@ -142,7 +142,7 @@ fn angle(segment: &Segment, context: &Context, view: &StarView, along: &Lane, pa
 
 /// Several angles under which the segment scatters, by their shares of the light, which go as σ/r².
 #[inline(always)]
-fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, phases: usize) -> SmallVec<[Angle; 4]> {
+fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, phases: usize) -> SmallVec<[SegmentAngle; 4]> {
     // What σ grows by in parts of its mean.
     let tilt = match context.slots.dust {
         Some(dust) => lanes!(|lane| {
@@ -151,12 +151,12 @@ fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, p
         }),
         None => [0.0; LANES],
     };
-    let mut angles: SmallVec<[Angle; 4]> = SmallVec::new();
+    let mut angles: SmallVec<[SegmentAngle; 4]> = SmallVec::new();
     let mut sum = [0.0; LANES];
     for j in 0..phases {
         let part = (j as f32 + 0.5) / phases as f32 - 0.5;
         let (entries, inverse) = angle(segment, context, view, along, part);
-        angles.push(Angle { entries, share: lanes!(|lane| fma(part, tilt[lane], 1.0) * inverse[lane]) });
+        angles.push(SegmentAngle { entries, share: lanes!(|lane| fma(part, tilt[lane], 1.0) * inverse[lane]) });
         for lane in 0..LANES {
             sum[lane] += inverse[lane];
         }
@@ -170,7 +170,7 @@ fn angles(segment: &Segment, context: &Context, view: &StarView, along: &Lane, p
 }
 
 /// Light of a star on the lanes that are close to it: in pieces, lane by lane.
-fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatterer: &Scatterer, close: &[bool; LANES]) {
+fn scatter_close(segment: &Segment, context: &Context, state: &mut PacketState, scatterer: &Scatterer, close: &[bool; LANES]) {
     let star = context.plan.space.stars[scatterer.star];
     let resolution = near::Resolution { phase_angle: context.plan.spectral.phase_angle, fineness: 1.0 };
     let first = context.tables.terms.start(scatterer.light);
@@ -201,7 +201,7 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut State, scatte
 
 /// Light that was scattered before.
 #[inline(always)]
-fn scatter_again(segment: &Segment, context: &Context, state: &mut State) {
+fn scatter_again(segment: &Segment, context: &Context, state: &mut PacketState) {
     let Terms::Nodes(nodes) = &context.tables.terms else { return };
     let growth = &segment.growth;
     let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + 0.5 * growth[lane]), half: scaled(growth, 0.5) };
@@ -222,7 +222,7 @@ fn scatter_again(segment: &Segment, context: &Context, state: &mut State) {
 
 /// Adds the light that all species of gas send out along the segment.
 #[inline(always)]
-fn emit(segment: &Segment, context: &Context, state: &mut State) {
+fn emit(segment: &Segment, context: &Context, state: &mut PacketState) {
     let growth = &segment.growth;
     let Tables { terms, weights, .. } = context.tables;
     let mut glows: SmallVec<[Lane; 8]> = SmallVec::new();
@@ -283,7 +283,7 @@ fn emission_depth(segment: &Segment, context: &Context, all: &Lane) -> Lane {
 }
 
 /// An angle under which a segment scatters: its place in the phase table, and the share of the light.
-struct Angle {
+struct SegmentAngle {
     entries: PhaseEntries,
     share: Lane,
 }

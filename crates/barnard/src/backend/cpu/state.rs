@@ -53,7 +53,7 @@ impl Slots {
 }
 
 /// A packet on its way.
-pub(super) struct State<'a> {
+pub(super) struct PacketState<'a> {
     pub(super) rays: &'a [Ray; LANES],
     /// Random wavelengths, where the method has them.
     pub(super) drawn: Drawn,

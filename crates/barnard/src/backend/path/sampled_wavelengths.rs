@@ -157,7 +157,7 @@ mod tests {
         let gas = Emission::new(ball(1.0), Spectrum::of_lines(vec![line(656.28, 1.0), line(658.3, 0.4)]));
         let narrow = passband::names().into_iter().find(|n| n.to_lowercase().contains("f656n")).unwrap();
         let bands = ["cousins-R", narrow].map(|name| passband::Passband::by_name(name).unwrap());
-        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO).orthographic_pc(1.0).size(1, 1);
+        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO).with_orthographic_pc(1.0).with_size(1, 1);
         let sky = Spectrum::continuous(1e-9, Arc::new(BlackBody(Temperature(3000.0))));
         let scene =
             SceneSpec::new(camera).with_bands(bands.to_vec()).with_emission(gas).with_background(Background::even(sky)).build().unwrap();

@@ -37,14 +37,14 @@ const TOWARDS_STARS: f64 = 0.25;
 const NEAREST: f64 = 1e-6;
 
 /// A number for each wavelength that is carried.
-type Carried = [f64; CARRIED];
+type CarriedLight = [f64; CARRIED];
 
 /// The scene as paths meet it.
 pub struct Tracer<'a> {
     lights: &'a [Light],
     medium: Option<Medium<'a>>,
-    stars: Vec<Star>,
-    species: Vec<Species<'a>>,
+    stars: Vec<PathStar>,
+    species: Vec<PathSpecies<'a>>,
     background: Option<usize>,
     bands: Vec<SampledWavelengths>,
     /// Density detail below the voxel size, as seen by the eye.
@@ -54,14 +54,14 @@ pub struct Tracer<'a> {
 }
 
 /// A star that lights the dust.
-struct Star {
+struct PathStar {
     light: usize,
     position: DVec3,
     /// The power that the star sends through each band, by which stars are drawn.
     power: Vec<f64>,
 }
 
-impl Star {
+impl PathStar {
     /// L/r² at a place, of a band.
     fn fluence(&self, place: DVec3, band: usize) -> f64 {
         self.power[band] / (place - self.position).length_squared().max(NEAREST * NEAREST)
@@ -69,7 +69,7 @@ impl Star {
 }
 
 /// A species of gas that glows.
-struct Species<'a> {
+struct PathSpecies<'a> {
     light: usize,
     /// Which of the scene's densities it has.
     number: usize,
@@ -83,9 +83,9 @@ struct PathState {
     /// The weight that is common to all wavelengths.
     weight: f64,
     /// Π ω of each wavelength.
-    albedo: Carried,
+    albedo: CarriedLight,
     /// The probability with which each wavelength would have drawn the path, relative to the first.
-    likely: Carried,
+    likely: CarriedLight,
 }
 
 impl PathState {
@@ -94,7 +94,7 @@ impl PathState {
         self.weight * self.albedo[i] * self.likely[i] / self.likely.iter().sum::<f64>()
     }
 
-    fn k(&self) -> Carried {
+    fn k(&self) -> CarriedLight {
         self.waves.map(|w| w.k)
     }
 
@@ -129,12 +129,12 @@ impl<'a> Tracer<'a> {
                     let lines =
                         |b: usize| l.spectrum.lines().iter().map(move |line| scene.bands[b].response(line.lambda_um) * line.strength);
                     let power = power.enumerate().map(|(b, p)| p + lines(b).sum::<f64>()).collect();
-                    stars.push(Star { light, position: scene.stars[star].position, power });
+                    stars.push(PathStar { light, position: scene.stars[star].position, power });
                 }
                 Route::Emitted { species: i } => {
                     let density = &*scene.species()[i].density;
                     let number = usize::from(scene.dust.is_some()) + i;
-                    species.push(Species { light, number, density, majorant: Majorant::new(density, control)? });
+                    species.push(PathSpecies { light, number, density, majorant: Majorant::new(density, control)? });
                 }
                 Route::Background => background = Some(light),
                 Route::Direct { .. } | Route::FieldStar { .. } => {}
@@ -276,7 +276,7 @@ impl<'a> Tracer<'a> {
             let cosine = phase.sample(path.waves[0].lambda_um, random);
             around(direction, cosine, (1.0 - cosine * cosine).max(0.0).sqrt(), random)
         };
-        let by_star = |star: &Star| {
+        let by_star = |star: &PathStar| {
             let sine = new.cross((star.position - place).normalize_or(DVec3::Z)).length().max(f64::MIN_POSITIVE);
             star.fluence(place, band) / total / (2.0 * PI * PI * sine)
         };
@@ -292,7 +292,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// A star by its share of `total`, the light of all at `place`.
-    fn drawn(&self, place: DVec3, total: f64, band: usize, random: &mut Counter) -> &Star {
+    fn drawn(&self, place: DVec3, total: f64, band: usize, random: &mut Counter) -> &PathStar {
         let found = picked(self.stars.iter().map(|s| s.fluence(place, band)), total, random);
         // What rounding leaves over belongs to the last.
         &self.stars[found.unwrap_or(self.stars.len() - 1)]
@@ -328,8 +328,8 @@ struct PathSegment {
 }
 
 impl PathSegment {
-    fn new(stars: &[Star], medium: &Medium, leg: Leg, band: usize) -> Self {
-        let light = |star: &Star, (near, far)| {
+    fn new(stars: &[PathStar], medium: &Medium, leg: Leg, band: usize) -> Self {
+        let light = |star: &PathStar, (near, far)| {
             let angles = Equiangular::new(&leg.ray, star.position, near, far);
             (star.power[band] * angles.integral(), angles)
         };

@@ -49,7 +49,7 @@ const DEPTHS: [f64; 7] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
 const PHASES: [f64; 3] = [-1.0, 0.0, 1.0];
 
 /// One wavelength of one band, with its quadrature weights.
-struct Wave {
+struct ReferenceWave {
     band: usize,
     lambda_um: f64,
     k: f64,
@@ -58,10 +58,10 @@ struct Wave {
 }
 
 /// Everything that is the same for all rays.
-struct Truth<'a> {
+struct RayConstants<'a> {
     scene: &'a Scene,
     lights: Vec<Light>,
-    waves: Vec<Wave>,
+    waves: Vec<ReferenceWave>,
     /// Density detail below the voxel size, along rays of the camera.
     detail: Option<SeenDetail>,
     accuracy: f64,
@@ -121,7 +121,7 @@ fn check(scene: &Scene) -> Result<()> {
 
 /// Light without stars that are seen as points, bands × height × width [W m⁻² sr⁻¹].
 fn extended(scene: &Scene, detail: Option<SeenDetail>, accuracy: f64, control: &Control) -> Result<Vec<f64>> {
-    let truth = Truth { detail, ..Truth::new(scene, accuracy, control)? };
+    let truth = RayConstants { detail, ..RayConstants::new(scene, accuracy, control)? };
     let camera = &scene.camera;
     let bands = scene.bands.len();
     let rows: Vec<Vec<f64>> = {
@@ -151,10 +151,10 @@ fn extended(scene: &Scene, detail: Option<SeenDetail>, accuracy: f64, control: &
 /// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and
 /// radiances [W m⁻² sr⁻¹].
 pub(super) fn draw_points(scene: &Scene, accuracy: f64, control: &Control, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
-    Truth::new(scene, accuracy, control)?.draw_points(add)
+    RayConstants::new(scene, accuracy, control)?.draw_points(add)
 }
 
-impl<'a> Truth<'a> {
+impl<'a> RayConstants<'a> {
     fn new(scene: &'a Scene, accuracy: f64, control: &'a Control) -> Result<Self> {
         let lights = lights(scene)?;
         let law = law(scene)?;
@@ -175,7 +175,7 @@ impl<'a> Truth<'a> {
             // λ may take a tenth of the allowed error.
             for (lambda_um, response) in truth_points(passband, &breaks, integrand, 0.1 * accuracy) {
                 let weight = sent(lambda_um).map(|w| response * w).collect();
-                waves.push(Wave { band, lambda_um, k: law.k(lambda_um), weight });
+                waves.push(ReferenceWave { band, lambda_um, k: law.k(lambda_um), weight });
             }
             for (i, light) in lights.iter().enumerate() {
                 for line in light.spectrum.lines_through(passband) {
@@ -183,7 +183,7 @@ impl<'a> Truth<'a> {
                     if response > 0.0 {
                         let mut weight = vec![0.0; lights.len()];
                         weight[i] = response * line.strength * factors[i](line.lambda_um);
-                        waves.push(Wave { band, lambda_um: line.lambda_um, k: law.k(line.lambda_um), weight });
+                        waves.push(ReferenceWave { band, lambda_um: line.lambda_um, k: law.k(line.lambda_um), weight });
                     }
                 }
             }

@@ -74,7 +74,7 @@ pub struct Profile {
 const MAX_LEVEL: usize = 14;
 
 /// The pieces of a field along a ray as they are found.
-struct Fit<'a> {
+struct PieceFit<'a> {
     field: &'a dyn Field,
     ray: &'a Ray,
     /// The tolerance relative to the largest value; none where one polynomial is exact.
@@ -84,7 +84,7 @@ struct Fit<'a> {
     pieces: Vec<Piece>,
 }
 
-impl Fit<'_> {
+impl PieceFit<'_> {
     /// The pieces from `start` to `end`, halved until they are accurate.
     fn add(&mut self, start: f64, end: f64, level: usize) {
         let value = |u: f64| self.field.at(self.ray.at(start + u * (end - start)));
@@ -118,7 +118,7 @@ impl Profile {
         ends.sort_by(f64::total_cmp);
         ends.dedup_by(|a, b| (*a - *b).abs() <= 1e-13 * b.abs().max(1.0));
         let exact = field.grid().is_some();
-        let mut fit = Fit { field, ray, accuracy: (!exact).then_some(accuracy), largest: 0.0, pieces: Vec::new() };
+        let mut fit = PieceFit { field, ray, accuracy: (!exact).then_some(accuracy), largest: 0.0, pieces: Vec::new() };
         for pair in ends.windows(2) {
             let parts = if exact { 1 } else { ((pair[1] - pair[0]) / field.feature_pc()).ceil().clamp(1.0, 1e5) as usize };
             let at = |i: usize| pair[0] + (pair[1] - pair[0]) * i as f64 / parts as f64;

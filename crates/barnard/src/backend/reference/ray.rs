@@ -2,11 +2,11 @@
 //!
 //! Source: Kronrod 1965; Piessens et al. 1983 (QUADPACK) for the form of the pair and its estimate of the error.
 
-use super::{Truth, Wave};
+use super::{RayConstants, ReferenceWave};
 
 /// The growing radiance of one ray.
 pub(super) struct RayRadiance<'a> {
-    truth: &'a Truth<'a>,
+    truth: &'a RayConstants<'a>,
     /// The radiance so far, band by band [W m⁻² sr⁻¹].
     pub bands: Vec<f64>,
 }
@@ -27,24 +27,29 @@ const MAX_LEVEL: usize = 20;
 const CELL_SHARE: f64 = 0.1;
 
 impl<'a> RayRadiance<'a> {
-    pub fn new(truth: &'a Truth<'a>) -> Self {
+    pub fn new(truth: &'a RayConstants<'a>) -> Self {
         Self { truth, bands: vec![0.0; truth.scene.bands.len()] }
     }
 
     /// Adds to each wavelength what `value` gives for it.
-    pub fn add(&mut self, value: impl Fn(&Wave) -> f64) {
+    pub fn add(&mut self, value: impl Fn(&ReferenceWave) -> f64) {
         for wave in &self.truth.waves {
             self.bands[wave.band] += value(wave);
         }
     }
 
     /// Adds ∫ f(t, λ) over all cells.
-    pub fn adapt(&mut self, cells: impl Iterator<Item = (f64, f64)>, f: impl Fn(f64, &Wave) -> f64) {
+    pub fn adapt(&mut self, cells: impl Iterator<Item = (f64, f64)>, f: impl Fn(f64, &ReferenceWave) -> f64) {
         self.adapt_sampled(cells, |t| t, |t, wave| f(*t, wave));
     }
 
     /// Adds ∫ f(sample(x), λ) over all cells, bisecting each until its two rules agree in every band.
-    pub fn adapt_sampled<S>(&mut self, cells: impl Iterator<Item = (f64, f64)>, sample: impl Fn(f64) -> S, f: impl Fn(&S, &Wave) -> f64) {
+    pub fn adapt_sampled<S>(
+        &mut self,
+        cells: impl Iterator<Item = (f64, f64)>,
+        sample: impl Fn(f64) -> S,
+        f: impl Fn(&S, &ReferenceWave) -> f64,
+    ) {
         for (a, b) in cells {
             let mut pending = vec![(a, b, 0)];
             while let Some((a, b, level)) = pending.pop() {
@@ -63,7 +68,7 @@ impl<'a> RayRadiance<'a> {
     }
 
     /// Evaluates both rules of the pair on one cell, band by band.
-    fn rules<S>(&self, a: f64, b: f64, sample: &impl Fn(f64) -> S, f: &impl Fn(&S, &Wave) -> f64) -> (Vec<f64>, Vec<f64>) {
+    fn rules<S>(&self, a: f64, b: f64, sample: &impl Fn(f64) -> S, f: &impl Fn(&S, &ReferenceWave) -> f64) -> (Vec<f64>, Vec<f64>) {
         let (centre, half) = (0.5 * (a + b), 0.5 * (b - a));
         let (mut kronrod, mut gauss) = (vec![0.0; self.bands.len()], vec![0.0; self.bands.len()]);
         for (x, wk, wg) in PAIR {

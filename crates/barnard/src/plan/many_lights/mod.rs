@@ -62,12 +62,12 @@ pub struct ManyLights {
     depths: Vec<Arc<Volume>>,
     /// The dust that the depths were swept through.
     dust: Arc<Grid>,
-    groups: Vec<Group>,
+    groups: Vec<StarGroup>,
 }
 
 /// Neighbouring stars in a sphere.
 #[derive(Debug, Clone)]
-struct Group {
+struct StarGroup {
     centre: DVec3,
     radius: f64,
     stars: Range<usize>,
@@ -279,7 +279,7 @@ fn fitting(dust: &Grid, count: usize, options: &Options) -> Result<(Grid, Lattic
 }
 
 /// Orders stars by halves along the longest axis of their box until few are left.
-fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<Group>) {
+fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<StarGroup>) {
     let box_of = |stars: &[usize]| {
         let empty = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
         stars.iter().fold(empty, |b, s| Bounds { low: b.low.min(places[*s]), high: b.high.max(places[*s]) })
@@ -288,7 +288,7 @@ fn group(stars: &mut [usize], places: &[DVec3], first: usize, out: &mut Vec<Grou
     if stars.len() <= GROUP {
         let centre = 0.5 * (bounds.low + bounds.high);
         let radius = stars.iter().map(|s| (places[*s] - centre).length()).fold(0.0, f64::max);
-        out.extend((!stars.is_empty()).then(|| Group { centre, radius, stars: first..first + stars.len() }));
+        out.extend((!stars.is_empty()).then(|| StarGroup { centre, radius, stars: first..first + stars.len() }));
         return;
     }
     let size = bounds.size();

@@ -18,7 +18,7 @@ pub struct NearFieldKernel {
 
 /// A kernel in single precision.
 #[derive(Debug, Clone, Copy)]
-pub struct Shape {
+pub struct KernelShape {
     /// The inverse square of R across the line of sight, 1/R² [pc⁻²].
     pub inverse_square: f32,
     /// 1 − s before the star.
@@ -37,8 +37,8 @@ impl NearFieldKernel {
     }
 
     /// Copy of the kernel in single precision.
-    pub fn shape(&self) -> Shape {
-        Shape { inverse_square: self.reach_pc.powi(-2) as f32, flat: (1.0 - (self.reach_pc / self.ahead_pc).powi(2)) as f32 }
+    pub fn shape(&self) -> KernelShape {
+        KernelShape { inverse_square: self.reach_pc.powi(-2) as f32, flat: (1.0 - (self.reach_pc / self.ahead_pc).powi(2)) as f32 }
     }
 
     /// The share w of the light that is marched, at a squared distance \[pc²\] where light turns by an angle of this
@@ -62,7 +62,7 @@ impl NearFieldKernel {
 /// The factor by which the box around a kernel is larger than the kernel.
 const AROUND: f64 = 1.25;
 
-impl Shape {
+impl KernelShape {
     /// (1 − w)/r²: what is gathered [pc⁻²].
     #[inline(always)]
     pub fn beyond(&self, square: f32, cosine: f32) -> f32 {

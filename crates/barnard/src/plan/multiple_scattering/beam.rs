@@ -1,6 +1,6 @@
 //! Directions in units of the grid, as sweeps follow them from plane to plane.
 
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::directions::{Direction, Face, across};
 use super::harmonics::{COUNT, harmonics};
 
@@ -20,7 +20,7 @@ pub struct Beam {
 }
 
 /// A direction of a face between planes of cells.
-pub fn beam(cells: &Cells, face: &Face, direction: &Direction) -> Beam {
+pub fn beam(cells: &SweepCells, face: &Face, direction: &Direction) -> Beam {
     let (column, row) = across(face.axis);
     let edge = cells.lattice.voxel_pc();
     let along = direction.towards[face.axis].abs();

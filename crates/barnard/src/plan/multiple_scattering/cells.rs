@@ -19,7 +19,7 @@ const LEAST: f32 = 1e-9;
 
 /// Cells of a sweep: as near to cubes as the box lets them be.
 #[derive(Debug, Clone)]
-pub struct Cells {
+pub struct SweepCells {
     /// The lattice of the cells.
     pub lattice: Lattice,
     /// Places along each edge of a cell at which it is asked what it holds.
@@ -38,7 +38,7 @@ const FINE: usize = 32;
 /// Most places along an edge of a cell.
 const MAX_SAMPLES: usize = 4;
 
-impl Cells {
+impl SweepCells {
     /// Cuts the box around the dust, and gas near it, into at most `most` cells along an edge; into whole blocks of
     /// voxels where it can.
     pub fn new(dust: &Grid, gas: &[Grid], most: usize) -> Self {
@@ -180,7 +180,7 @@ mod tests {
         {
             let dust = Grid::sampled(lattice(dims, size), |p| 2.0 + p.x + p.z);
             for (gas, most) in [(&none[..], 64), (&none[..], 24), (&none[..], 1), (&near[..], 64), (&far[..], 48)] {
-                let cells = Cells::new(&dust, gas, most);
+                let cells = SweepCells::new(&dust, gas, most);
                 let [nx, ny, nz] = cells.lattice.dims;
                 assert!(nx.max(ny).max(nz) <= most && (most < 24 || nx.max(ny).max(nz) >= 16), "{dims:?} {most}: {nx} {ny} {nz}");
                 assert!(gas.is_empty() || cells.lattice.bounds.size().max_element() <= 2.01 * size.max_element());

@@ -10,7 +10,7 @@
 //!
 //! | symbol | variable | unit |
 //! |---|---|---|
-//! | (1 − w)/r² | `Shape::beyond` | pc⁻² |
+//! | (1 − w)/r² | `KernelShape::beyond` | pc⁻² |
 //! | w_st: weights without k ω | `sent` | W m⁻² sr⁻¹ pc² |
 
 use std::ops::Range;
@@ -20,17 +20,17 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::simd;
 
-use super::cells::{Cells, DirectSource};
+use super::cells::{DirectSource, SweepCells};
 use super::harmonics::{COUNT, harmonics_of};
 use super::lanes::{EightLanes, WIDTH};
 use super::moments::Moments;
-use super::view::View;
+use super::view::Viewpoint;
 use crate::control::{Control, Stage};
 use crate::error::{Error, Result};
 use crate::field::Lattice;
 use crate::geometry::{Bounds, Ray};
 use crate::packet::{LANES, Lane, exp, fma, lanes};
-use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Shape};
+use crate::plan::many_lights::near_field_kernel::{KernelShape, NearFieldKernel};
 use crate::plan::{ManyLights, PhaseEntry, PhaseTable};
 
 /// Radius within which a star's light is gathered in the finer cells, in coarse ones.
@@ -51,7 +51,7 @@ pub struct FarField<'a> {
 /// The way in which eight terms scatter light towards an eye.
 #[derive(Clone, Copy)]
 pub struct Scattering<'a> {
-    pub view: View,
+    pub view: Viewpoint,
     /// Phase functions; even scattering where there are none.
     pub phase: Option<&'a PhaseTable>,
     /// Number of the first of the terms among all.
@@ -63,12 +63,12 @@ pub struct Scattering<'a> {
 }
 
 /// Cells that take a star's light between two kernels.
-struct Level {
+struct CellLevel {
     lattice: Lattice,
     /// The number of harmonics of a cell.
     count: usize,
     /// The eye, where light is seen by one.
-    view: Option<View>,
+    view: Option<Viewpoint>,
     /// The kernel within which nothing counts, for all stars; each star's own where there is none.
     inner: Option<NearFieldKernel>,
     outer: Option<NearFieldKernel>,
@@ -87,8 +87,8 @@ struct Beside<'a> {
     sent: &'a EightLanes,
     k: &'a EightLanes,
     /// The kernels between which its light counts.
-    inner: Shape,
-    outer: Option<Shape>,
+    inner: KernelShape,
+    outer: Option<KernelShape>,
     /// The directions from the cells to the eye; zero where kernels are even.
     eye: [Lane; 3],
 }
@@ -98,7 +98,7 @@ impl FarField<'_> {
     ///
     /// # Errors
     /// On interruption by the user.
-    pub fn seen(&self, cells: &Cells, scattering: &Scattering, control: &Control) -> Result<Moments> {
+    pub fn seen(&self, cells: &SweepCells, scattering: &Scattering, control: &Control) -> Result<Moments> {
         self.levels(cells, 1, Some(scattering.view), control, |star, first, out| add_seen(star, scattering, first, out))
     }
 
@@ -106,12 +106,12 @@ impl FarField<'_> {
     ///
     /// # Errors
     /// On interruption by the user.
-    pub fn moments(&self, cells: &Cells, count: usize, control: &Control) -> Result<Moments> {
+    pub fn moments(&self, cells: &SweepCells, count: usize, control: &Control) -> Result<Moments> {
         self.levels(cells, count, None, control, |star, first, out| add_moments(star, first, count, out))
     }
 
     /// The stars whose kernels reach into a row of cells, as those see what is within.
-    pub fn near(&self, cells: &Cells, row: usize) -> Vec<DirectSource<'_>> {
+    pub fn near(&self, cells: &SweepCells, row: usize) -> Vec<DirectSource<'_>> {
         let lattice = &cells.lattice;
         let [_, y, z] = lattice.place(row * lattice.dims[0]);
         let (along, length) = Ray::between(lattice.centre(0, y, z), lattice.centre(lattice.dims[0] - 1, y, z));
@@ -129,9 +129,9 @@ impl FarField<'_> {
     /// Sums what `add` makes of each star for sixteen cells of a row, by (star, first cell, values), on both levels.
     fn levels(
         &self,
-        cells: &Cells,
+        cells: &SweepCells,
         count: usize,
-        view: Option<View>,
+        view: Option<Viewpoint>,
         control: &Control,
         add: impl Fn(&Beside, usize, &mut [EightLanes]) + Sync,
     ) -> Result<Moments> {
@@ -142,8 +142,9 @@ impl FarField<'_> {
         // Twice as far ahead: coarse cells see peaks from there on.
         let outer =
             NearFieldKernel { reach_pc: reach, ahead_pc: if view.is_some() { reach.max(2.0 * largest(|w| w.ahead_pc)) } else { reach } };
-        let mut far = self.level(&Level { lattice: coarse.clone(), count, view, inner: Some(outer), outer: None }, control, &add)?;
-        let mut all = self.level(&Level { lattice: cell_lattice.clone(), count, view, inner: None, outer: Some(outer) }, control, &add)?;
+        let mut far = self.level(&CellLevel { lattice: coarse.clone(), count, view, inner: Some(outer), outer: None }, control, &add)?;
+        let mut all =
+            self.level(&CellLevel { lattice: cell_lattice.clone(), count, view, inner: None, outer: Some(outer) }, control, &add)?;
         if view.is_some() {
             far.match_means(&coarse);
             all.match_means(cell_lattice);
@@ -152,7 +153,7 @@ impl FarField<'_> {
         Ok(all)
     }
 
-    fn level(&self, level: &Level, control: &Control, add: &(impl Fn(&Beside, usize, &mut [EightLanes]) + Sync)) -> Result<Moments> {
+    fn level(&self, level: &CellLevel, control: &Control, add: &(impl Fn(&Beside, usize, &mut [EightLanes]) + Sync)) -> Result<Moments> {
         let (count, view) = (level.count, level.view);
         let mut light = Moments::dark(level.lattice.cells(), count);
         let [nx, ny, nz] = level.lattice.dims;
@@ -190,7 +191,7 @@ impl FarField<'_> {
     }
 
     /// A star as the row of cells that begins at `start` has it.
-    fn beside<'a>(&'a self, level: &Level, star: usize, start: DVec3, depths: &'a mut Vec<f32>) -> Option<Beside<'a>> {
+    fn beside<'a>(&'a self, level: &CellLevel, star: usize, start: DVec3, depths: &'a mut Vec<f32>) -> Option<Beside<'a>> {
         let theirs = self.many_lights.lattice()?;
         self.many_lights.row(star, [start.y, start.z], depths);
         let (edge, voxel) = (level.lattice.voxel_pc().x, theirs.voxel_pc().x);
@@ -209,7 +210,7 @@ impl FarField<'_> {
     }
 }
 
-impl Level {
+impl CellLevel {
     /// The box that a star's light can be in on this level; none where it is everywhere.
     fn reached(&self, star: DVec3) -> Option<Bounds> {
         let bounds = self.outer?.bounds(self.view.map_or(DVec3::ZERO, |view| view.towards(star)));
@@ -228,7 +229,7 @@ impl Level {
 }
 
 /// The light of a star at sixteen cells.
-struct Lit {
+struct LitCells {
     /// The part of 1/r² that this level takes, (1 − w)/r² [pc⁻²].
     strength: Lane,
     depth: Lane,
@@ -241,7 +242,7 @@ struct Lit {
 impl Beside<'_> {
     /// The light at cells from number `first` on.
     #[inline(always)]
-    fn at(&self, first: usize) -> Lit {
+    fn at(&self, first: usize) -> LitCells {
         let x: Lane = lanes!(|i| fma((first + i) as f32, self.edge, self.offset[0]));
         let [_, y, z] = self.offset;
         let square: Lane = lanes!(|i| fma(x[i], x[i], fma(y, y, z * z)));
@@ -261,12 +262,12 @@ impl Beside<'_> {
             let (a, b) = (self.depths[voxel], self.depths[voxel + 1]);
             fma(u - voxel as f32, b - a, a).max(0.0)
         });
-        Lit { strength, depth, cosine, towards }
+        LitCells { strength, depth, cosine, towards }
     }
 
     /// The light of each term that arrives in cell `i` of them.
     #[inline(always)]
-    fn light(&self, lit: &Lit, i: usize) -> EightLanes {
+    fn light(&self, lit: &LitCells, i: usize) -> EightLanes {
         let mut light = [0.0; WIDTH];
         for t in 0..WIDTH {
             light[t] = self.sent[t] * lit.strength[i] * exp(-self.k[t] * lit.depth[i]);

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::direct_sources::DirectSources;
 use super::far_field::{FarField, Scattering};
 use super::lanes::{EightLanes, WIDTH};
 use super::moments::Moments;
 use super::term::Term;
-use super::view::View;
+use super::view::Viewpoint;
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Grid, Lattice};
@@ -21,8 +21,8 @@ use crate::stored::Precision;
 /// A field of scattered light, independent of the eye.
 #[derive(Debug)]
 pub struct Field {
-    pub parts: Vec<Part>,
-    pub cells: Cells,
+    pub parts: Vec<EightTerms>,
+    pub cells: SweepCells,
     /// Stars whose first light is part of it, and how that is scattered.
     pub many_lights: Option<Arc<ManyLights>>,
     pub phase: Option<PhaseTable>,
@@ -32,7 +32,7 @@ pub struct Field {
 
 /// Eight terms of the field.
 #[derive(Debug)]
-pub struct Part {
+pub struct EightTerms {
     pub terms: Vec<Term>,
     pub solved: Arc<Solved>,
     /// The radiance in units of which moments are stored: radiances are so small that faint ones would not be numbers.
@@ -46,7 +46,7 @@ pub struct Part {
 /// Light that was scattered before, and what it was found from.
 #[derive(Debug)]
 pub struct Solved {
-    pub origin: Origin,
+    pub origin: FieldOrigin,
     pub moments: Moments,
     /// Orders that were swept, what the series behind them stands for, and whether they went as one.
     pub sweeps: usize,
@@ -58,7 +58,7 @@ pub struct Solved {
 
 /// Everything that the light of eight terms depends on.
 #[derive(Debug)]
-pub struct Origin {
+pub struct FieldOrigin {
     pub lattice: Lattice,
     pub sigma: Vec<f32>,
     pub dust: Arc<Grid>,
@@ -74,7 +74,7 @@ pub struct Origin {
     pub bounces: usize,
 }
 
-impl PartialEq for Origin {
+impl PartialEq for FieldOrigin {
     fn eq(&self, other: &Self) -> bool {
         let numbers = |o: &Self| (o.star_factor, o.precision, o.directions, o.harmonics, o.bounces);
         numbers(self) == numbers(other)
@@ -91,10 +91,10 @@ impl PartialEq for Origin {
 impl Field {
     /// The gathered stars' light, scattered once, in each cell as one eye sees it, part by part; nothing where there
     /// are no such stars.
-    pub fn far_field(&self, view: View, control: &Control) -> Result<Vec<Moments>> {
+    pub fn far_field(&self, view: Viewpoint, control: &Control) -> Result<Vec<Moments>> {
         let Some(many_lights) = &self.many_lights else { return Ok(Vec::new()) };
         let terms = self.parts.iter().map(|part| part.terms.len()).sum();
-        let of_part = |(p, part): (usize, &Part)| {
+        let of_part = |(p, part): (usize, &EightTerms)| {
             let four = |value: fn(&Term) -> f64| std::array::from_fn(|t| part.terms.get(t).map_or(0.0, |term| value(term) as f32));
             let (k, albedo) = (four(|term| term.k), four(|term| term.albedo));
             let far_field = FarField { many_lights, sent: &part.sent, k: &k, kernels: &self.kernels };
@@ -105,7 +105,7 @@ impl Field {
     }
 
     /// Depths from each gathered star towards the eye, as far as kernels go.
-    pub fn profiles(&self, view: View) -> Vec<Profile> {
+    pub fn profiles(&self, view: Viewpoint) -> Vec<Profile> {
         self.many_lights.as_ref().map_or_else(Vec::new, |many_lights| many_lights.profiles(&self.kernels, |place| view.towards(place)))
     }
 }

@@ -2,7 +2,7 @@
 //! marching what is in the kernel costs as R³ for each. With as much work as is allowed along an average ray the error
 //! is least for R ∝ L^(2/7).
 
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::problem::Problem;
 use crate::light::Route;
 use crate::plan::ManyLights;
@@ -56,7 +56,7 @@ impl Sizes {
 
 impl Problem<'_> {
     /// The kernel around each gathered star, for these cells.
-    pub fn kernels(&self, cells: &Cells) -> Vec<NearFieldKernel> {
+    pub fn kernels(&self, cells: &SweepCells) -> Vec<NearFieldKernel> {
         let Some(many_lights) = &self.draft.space.many_lights else { return Vec::new() };
         let edge_pc = cells.lattice.voxel_pc().max_element();
         let filled = cells.sigma.iter().filter(|sigma| **sigma > cells.least).count() as f64 * cells.lattice.voxel_pc().element_product();

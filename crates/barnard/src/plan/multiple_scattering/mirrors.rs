@@ -22,10 +22,10 @@ pub(super) struct Mirrors<const N: usize> {
     /// The number of each beam, and its sign for each kind.
     beams: Vec<(usize, [f32; KINDS])>,
     /// For each kind the numbers of its harmonics, what they scatter into the first beam, and its quadrature weights.
-    kinds: [Vec<Term<N>>; KINDS],
+    kinds: [Vec<MirrorTerm<N>>; KINDS],
 }
 
-struct Term<const N: usize> {
+struct MirrorTerm<const N: usize> {
     number: usize,
     /// The harmonic times what is scattered of it.
     harmonic: Lanes<N>,
@@ -64,7 +64,7 @@ impl<const N: usize> Mirrors<N> {
             let terms = |kind: usize| {
                 let y = &beams[b].harmonics;
                 let numbers = (0..scattering.len()).filter(|h| kinds[*h] == kind && y[*h].abs() > 1e-9);
-                let term = |number: usize| Term {
+                let term = |number: usize| MirrorTerm {
                     number,
                     harmonic: scattering[number].map(|scattered| y[number] * scattered),
                     quadrature: beams[b].quadrature[number],
@@ -81,7 +81,7 @@ impl<const N: usize> Mirrors<N> {
     pub(super) fn sources(&self, moments: &[Lanes<N>], out: &mut [Lanes<N>]) {
         let mut sums = [[0.0; N]; KINDS];
         for (sum, terms) in sums.iter_mut().zip(&self.kinds) {
-            for Term { number, harmonic, .. } in terms {
+            for MirrorTerm { number, harmonic, .. } in terms {
                 for t in 0..N {
                     sum[t] = fma(harmonic[t], moments[*number][t], sum[t]);
                 }
@@ -107,7 +107,7 @@ impl<const N: usize> Mirrors<N> {
             }
         }
         for (sum, terms) in sums.iter().zip(&self.kinds) {
-            for Term { number, quadrature, .. } in terms {
+            for MirrorTerm { number, quadrature, .. } in terms {
                 for t in 0..N {
                     moments[*number][t] = fma(*quadrature, sum[t], moments[*number][t]);
                 }
@@ -119,7 +119,7 @@ impl<const N: usize> Mirrors<N> {
 #[cfg(test)]
 mod tests {
     use super::super::beam::beam;
-    use super::super::cells::Cells;
+    use super::super::cells::SweepCells;
     use super::super::directions::{TOGETHER, across, faces};
     use super::super::lanes::{EightLanes, WIDTH};
     use super::*;
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn mirrors_are_the_sums_themselves() {
         let lattice = Lattice { dims: [4, 5, 6], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
-        let cells = Cells::of(lattice.clone(), vec![1.0; lattice.cells()]);
+        let cells = SweepCells::of(lattice.clone(), vec![1.0; lattice.cells()]);
         let mut random = Counter::new(3, 0);
         for (edge, count) in [(2, 1), (3, 36), (4, 9), (6, 36)] {
             for face in faces(edge) {

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | t: a node of a passband's rule, which is monochromatic transport | term | |
 //! | L_lm: moments of the radiance, R dλ included | `moments` | W m⁻² sr⁻¹ |
-//! | D: light of stars as it comes through the dust, and of gas and background | `Cells::direct`, `DirectSources` | W m⁻² sr⁻¹ |
+//! | D: light of stars as it comes through the dust, and of gas and background | `SweepCells::direct`, `DirectSources` | W m⁻² sr⁻¹ |
 //! | Λ: one scattering, then a [`sweep`] | | 1 |
 //! | S: source function towards n | `volumes` | W m⁻² sr⁻¹ |
 //! | N: how often light may scatter | `bounces` | |
@@ -48,7 +48,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::field::{Field, Part};
+use self::field::{EightTerms, Field};
 use self::harmonics::{DEGREE, harmonics};
 use self::lanes::{EightLanes, WIDTH};
 use self::moments::Moments;
@@ -57,7 +57,7 @@ pub use self::report::{FarFieldReport, ScatteringReport};
 use self::solve::{Discretization, Solution};
 use self::spot_check::FirstLight;
 use self::term::scattering;
-use self::view::View;
+use self::view::Viewpoint;
 use super::SpectralPlan;
 use super::draft::Draft;
 use crate::camera::Camera;
@@ -71,7 +71,7 @@ use crate::volume::{Channel, Volume};
 /// Interface for devices that sweep orders of scattering.
 pub mod ordinates {
     pub use super::beam::{Beam, beam};
-    pub use super::cells::Cells;
+    pub use super::cells::SweepCells;
     pub use super::directions::{Face, across, faces};
     pub use super::lanes::{EightLanes, Powers, WIDTH};
     pub use super::moments::Moments;
@@ -120,7 +120,7 @@ pub struct MultipleScattering {
     /// The fields by which its error is known: half as fine, and with other directions.
     halves: Option<Arc<(Self, Self)>>,
     /// The eye for which the volumes hold.
-    view: View,
+    view: Viewpoint,
 }
 
 /// Refuses more than one bounce by rules that have no nodes.
@@ -145,7 +145,7 @@ impl MultipleScattering {
         let Some(problem) = Problem::new(draft)? else { return Ok(None) };
         let Fitting { cells, bytes, coarser } = problem.fitting(fineness)?;
         let kernels = &problem.kernels(&cells);
-        let view = View::of(&draft.scene.camera);
+        let view = Viewpoint::of(&draft.scene.camera);
         // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its
         // price.
         let (halves, begun) = if fineness == Fineness::FULL && problem.scatters_again() {
@@ -198,7 +198,7 @@ impl MultipleScattering {
     /// # Errors
     /// On interruption by the user.
     pub fn seen_by(self: &Arc<Self>, camera: &Camera, control: &Control) -> Result<Arc<Self>> {
-        let view = View::of(camera);
+        let view = Viewpoint::of(camera);
         if view == self.view {
             return Ok(self.clone());
         }
@@ -217,9 +217,9 @@ impl MultipleScattering {
     }
 
     /// S of every term towards the eye; `seen` is the far field of the gathered stars, part by part.
-    fn resolved(field: Arc<Field>, seen: Vec<Moments>, report: ScatteringReport, view: View) -> Self {
+    fn resolved(field: Arc<Field>, seen: Vec<Moments>, report: ScatteringReport, view: Viewpoint) -> Self {
         let cells = &field.cells;
-        let volume = |(p, part): (usize, &Part)| {
+        let volume = |(p, part): (usize, &EightTerms)| {
             let channels: Vec<Channel> = (0..part.terms.len()).map(|t| Channel::MultipleScattering(p * WIDTH + t)).collect();
             let mut volume = Volume::zeroed(&cells.lattice, channels);
             let (lattice, dims) = (volume.lattice.clone(), cells.lattice.dims);

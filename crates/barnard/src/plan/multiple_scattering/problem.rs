@@ -3,7 +3,7 @@
 use spectra::rule::Node;
 
 use super::Fineness;
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::harmonics::{DEGREE, count, legendre_moments};
 use super::lanes::WIDTH;
 use super::moments::Moments;
@@ -32,7 +32,7 @@ pub struct Problem<'a> {
 
 /// The cells that there is memory for.
 pub struct Fitting {
-    pub cells: Cells,
+    pub cells: SweepCells,
     /// The bytes of all that is made in them.
     pub bytes: u64,
     /// True if they are fewer than they should be, to keep to the memory limit.
@@ -75,7 +75,7 @@ impl<'a> Problem<'a> {
         // gathered.
         let orders = if self.scatters_again() { 2 + parts } else { 0 };
         let gathered = if space.many_lights.is_some() { 2 * parts } else { 0 };
-        let bytes_of = |cells: &Cells| {
+        let bytes_of = |cells: &SweepCells| {
             let count = cells.lattice.cells();
             let field = Moments::bytes(count, harmonics).saturating_mul(orders).saturating_add(4 * (count * self.terms.len()) as u64);
             let glow = if space.gas().is_empty() { 0 } else { Moments::bytes(count, 1) };
@@ -95,8 +95,8 @@ impl<'a> Problem<'a> {
     }
 
     /// Cells of the dust, at most so many along an edge.
-    pub fn cells(&self, most: usize) -> Cells {
-        Cells::new(self.dust, self.draft.space.gas(), most)
+    pub fn cells(&self, most: usize) -> SweepCells {
+        SweepCells::new(self.dust, self.draft.space.gas(), most)
     }
 
     /// The highest degree that any phase function still has something of: moments of the light above it scatter into

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::lanes::{EightLanes, Lanes, Powers, WIDTH, resized};
 use super::moments::Moments;
 use super::sweep::{Sources, sweep};
@@ -125,7 +125,7 @@ impl<const N: usize> Orders for OnProcessor<'_, N> {
 }
 
 /// The fluence in the dust, for each term.
-fn power<const N: usize>(cells: &Cells, moments: &Moments<N>) -> Powers {
+fn power<const N: usize>(cells: &SweepCells, moments: &Moments<N>) -> Powers {
     let mut power = [0.0; WIDTH];
     for (fluence, sigma) in moments.data.iter().step_by(moments.count).zip(&cells.sigma) {
         power.iter_mut().zip(fluence).for_each(|(p, m)| *p += f64::from(*sigma) * f64::from(*m));
@@ -147,7 +147,7 @@ mod tests {
     fn lanes_are_alone() {
         let lattice = Lattice { dims: [6, 5, 7], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let count = lattice.cells();
-        let cells = Cells::of(lattice, (0..count).map(|i| (i % 5) as f32).collect());
+        let cells = SweepCells::of(lattice, (0..count).map(|i| (i % 5) as f32).collect());
         let mut first = Moments::dark(count, 4);
         first.data.iter_mut().enumerate().for_each(|(i, m)| m[..2].copy_from_slice(&[(i % 7) as f32, (i % 3) as f32]));
         let two = |a: f32, b: f32| resized(&[a, b]);

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::cells::{Cells, DirectSource};
+use super::cells::{DirectSource, SweepCells};
 use super::direct_sources::DirectSources;
 use super::directions::{Face, faces};
 use super::far_field::FarField;
-use super::field::{Field, Origin, Part, Solved};
+use super::field::{EightTerms, Field, FieldOrigin, Solved};
 use super::harmonics::count;
 use super::lanes::{EightLanes, WIDTH};
 use super::moments::Moments;
@@ -27,7 +27,7 @@ const MAX_SWEEPS: usize = 400;
 
 /// The cells in which a field is solved, and how finely.
 pub struct Discretization<'a> {
-    pub cells: Cells,
+    pub cells: SweepCells,
     pub fineness: Fineness,
     /// The kernels around the gathered stars.
     pub kernels: &'a [NearFieldKernel],
@@ -54,7 +54,7 @@ impl Problem<'_> {
         let mut parts = Vec::new();
         for (p, terms) in self.terms.chunks(WIDTH).enumerate() {
             let none = || Arc::new(Grid::from_lattice(cells.lattice.clone(), Vec::new()));
-            let origin = Origin {
+            let origin = FieldOrigin {
                 lattice: cells.lattice.clone(),
                 sigma: cells.sigma.clone(),
                 dust: space.dust.clone().unwrap_or_else(none),
@@ -74,11 +74,11 @@ impl Problem<'_> {
             let solved = match known {
                 Some(part) => part.solved.clone(),
                 None => {
-                    let medium = Medium { space, cells: &cells, faces: faces.each_ref().map(|f| &f[..]), origin };
+                    let medium = TermMedium { space, cells: &cells, faces: faces.each_ref().map(|f| &f[..]), origin };
                     Arc::new(medium.solve(&self.sweepers, &control.part(p as f64 / groups, (p + 1) as f64 / groups))?)
                 }
             };
-            parts.push(Part { terms: terms.to_vec(), solved, unit, near, sent });
+            parts.push(EightTerms { terms: terms.to_vec(), solved, unit, near, sent });
         }
         let report = self.report(&parts, &cells, fineness, kernels);
         let many_lights = space.many_lights.clone();
@@ -87,7 +87,7 @@ impl Problem<'_> {
     }
 
     /// Tells how the parts of a field were found.
-    fn report(&self, parts: &[Part], cells: &Cells, fineness: Fineness, kernels: &[NearFieldKernel]) -> ScatteringReport {
+    fn report(&self, parts: &[EightTerms], cells: &SweepCells, fineness: Fineness, kernels: &[NearFieldKernel]) -> ScatteringReport {
         let mut swept_by: Vec<&str> = Vec::new();
         for part in parts {
             if !swept_by.contains(&&*part.solved.by) {
@@ -117,7 +117,7 @@ impl Problem<'_> {
 
     /// The most that the brightest gathered star sends along a ray that passes it at a quarter of a voxel, ∫ σ ds/r²
     /// being less than σ π/b: about what may lie behind a ray's end.
-    fn nearest(&self, origin: &Origin) -> EightLanes {
+    fn nearest(&self, origin: &FieldOrigin) -> EightLanes {
         let sources = &origin.direct_sources;
         if sources.many_lights.is_empty() {
             return [0.0; WIDTH];
@@ -145,18 +145,18 @@ fn marched<'a>(space: &'a SpatialPlan, stars: &'a [(usize, EightLanes)]) -> Vec<
 }
 
 /// Eight terms of a problem, ready to be solved.
-struct Medium<'a> {
+struct TermMedium<'a> {
     space: &'a SpatialPlan,
-    cells: &'a Cells,
+    cells: &'a SweepCells,
     faces: [&'a [Face]; 2],
     /// The terms, and what shines for them.
-    origin: Origin,
+    origin: FieldOrigin,
 }
 
-impl Medium<'_> {
+impl TermMedium<'_> {
     /// The light of all orders below the bounces of its origin; by the first of the `sweepers` that can.
     fn solve(self, sweepers: &Sweepers, control: &Control) -> Result<Solved> {
-        let Origin { ref terms, harmonics, bounces, ref direct_sources, .. } = self.origin;
+        let FieldOrigin { ref terms, harmonics, bounces, ref direct_sources, .. } = self.origin;
         if bounces == 1 {
             let moments = Moments::dark(0, harmonics);
             return Ok(Solved { origin: self.origin, moments, sweeps: 0, series: 0.0, settled: true, by: Processor.name().into() });
@@ -184,7 +184,7 @@ impl Medium<'_> {
 
     /// Moments of light that has not been scattered yet; `k` are the terms' extinctions.
     fn first(&self, k: &EightLanes, control: &Control) -> Result<Moments> {
-        let Origin { direct_sources, kernels, harmonics, .. } = &self.origin;
+        let FieldOrigin { direct_sources, kernels, harmonics, .. } = &self.origin;
         let many_lights = self.space.many_lights.as_deref();
         let far_field = many_lights.map(|many_lights| FarField { many_lights, sent: &direct_sources.many_lights, k, kernels });
         let dark = || Ok(Moments::dark(self.cells.lattice.cells(), *harmonics));

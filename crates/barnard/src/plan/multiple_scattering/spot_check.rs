@@ -4,11 +4,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::field::Field as ScatteredField;
 use super::lanes::WIDTH;
 use super::moments::Moments;
-use super::view::View;
+use super::view::Viewpoint;
 use crate::control::Control;
 use crate::error::Result;
 use crate::field::{Field, Lattice};
@@ -56,7 +56,7 @@ pub struct FirstLight<'a> {
     pub far: &'a [Moments],
     /// Depths towards the eye near each star.
     pub near: &'a [Profile],
-    pub view: View,
+    pub view: Viewpoint,
 }
 
 /// The mean difference of `light` from the exact one, in parts of its mean; none where nothing was compared.
@@ -71,7 +71,7 @@ pub fn error(light: &FirstLight, draft: &Draft, control: &Control) -> Result<Opt
 }
 
 /// Places by chance, as often as there is dust.
-fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &Cells, control: &Control) -> Result<Vec<SpotCheck>> {
+fn spot_checks(many_lights: &ManyLights, space: &SpatialPlan, cells: &SweepCells, control: &Control) -> Result<Vec<SpotCheck>> {
     let Some(dust) = &space.dust else { return Ok(Vec::new()) };
     let mut sum = 0.0;
     let cumulated: Vec<f64> = cells

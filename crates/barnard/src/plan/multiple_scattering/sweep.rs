@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use spectra::simd;
 
 use super::beam::{Beam, beam};
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::directions::{Face, TOGETHER, across};
 use super::lanes::Lanes;
 use super::mirrors::Mirrors;
@@ -44,7 +44,7 @@ pub struct Sources<'a, const N: usize> {
 
 /// A row of a plane, with cells around it where nothing is but what comes in.
 #[derive(Clone)]
-struct Row<const N: usize> {
+struct PaddedRow<const N: usize> {
     /// The radiance of each cell and direction.
     radiance: Vec<Lanes<N>>,
     /// The emission σ S of scattered light of each cell and direction.
@@ -55,8 +55,8 @@ struct Row<const N: usize> {
 }
 
 /// A row of cells that is to be done.
-struct Line<'a, const N: usize> {
-    cells: &'a Cells,
+struct CellRow<'a, const N: usize> {
+    cells: &'a SweepCells,
     k: &'a Lanes<N>,
     sources: &'a Sources<'a, N>,
     beams: &'a [Beam],
@@ -79,7 +79,7 @@ struct Line<'a, const N: usize> {
 /// # Errors
 /// On interruption by the user.
 pub fn sweep<const N: usize>(
-    cells: &Cells,
+    cells: &SweepCells,
     k: &Lanes<N>,
     faces: &[Face],
     sources: &Sources<N>,
@@ -93,7 +93,7 @@ pub fn sweep<const N: usize>(
     Ok(())
 }
 
-fn sweep_face<const N: usize>(cells: &Cells, k: &Lanes<N>, face: &Face, sources: &Sources<N>, out: &mut Moments<N>) {
+fn sweep_face<const N: usize>(cells: &SweepCells, k: &Lanes<N>, face: &Face, sources: &Sources<N>, out: &mut Moments<N>) {
     let dims = cells.lattice.dims;
     let (column, row) = across(face.axis);
     let beams: Vec<Beam> = face.directions.iter().map(|d| beam(cells, face, d)).collect();
@@ -102,7 +102,7 @@ fn sweep_face<const N: usize>(cells: &Cells, k: &Lanes<N>, face: &Face, sources:
     // Behind the margin all is as it is in it.
     let margin = beams.iter().flat_map(|b| b.shift).map(|s| s.unsigned_abs() + 1).max().unwrap_or(1).min(dims[column].max(dims[row]) + 2);
     let length = dims[column] + 2 * margin;
-    let empty = Row {
+    let empty = PaddedRow {
         radiance: vec![sources.around; length * beams.len()],
         scattering: vec![[0.0; N]; length * beams.len()],
         glow: vec![[0.0; N]; length],
@@ -121,7 +121,7 @@ fn sweep_face<const N: usize>(cells: &Cells, k: &Lanes<N>, face: &Face, sources:
             let first = plane * strides[face.axis] + number * strides[row];
             let base = start + number * part;
             let line =
-                Line { cells, k, sources, beams: &beams, mirrors: &mirrors, margin, row: number, first, stride: strides[column], base };
+                CellRow { cells, k, sources, beams: &beams, mirrors: &mirrors, margin, row: number, first, stride: strides[column], base };
             march_row(&line, &before, done, out);
         });
         std::mem::swap(&mut before, &mut after);
@@ -144,7 +144,7 @@ fn blend<const N: usize>(four: [&Lanes<N>; 4], weights: &[f32; 4]) -> Lanes<N> {
 }
 
 simd! {
-    fn march_row<const N: usize>(line: &Line<N>, before: &[Row<N>], done: &mut Row<N>, out: &mut [Lanes<N>]) {
+    fn march_row<const N: usize>(line: &CellRow<N>, before: &[PaddedRow<N>], done: &mut PaddedRow<N>, out: &mut [Lanes<N>]) {
         let (count, harmonics) = (line.beams.len(), line.sources.scattered.count);
         let columns = done.sigma.len() - 2 * line.margin;
         for column in 0..columns {
@@ -164,7 +164,7 @@ simd! {
                 let row = (line.row + line.margin).saturating_add_signed(beam.shift[1]).min(before.len() - 2);
                 let rows = [&before[row], &before[row + 1]];
                 let at = here.saturating_add_signed(beam.shift[0]).min(done.sigma.len() - 2);
-                let four = |values: fn(&Row<N>) -> &[Lanes<N>], stride: usize, b: usize| {
+                let four = |values: fn(&PaddedRow<N>) -> &[Lanes<N>], stride: usize, b: usize| {
                     let place = |i: usize| (at + i) * stride + b;
                     [&values(rows[0])[place(0)], &values(rows[0])[place(1)], &values(rows[1])[place(0)], &values(rows[1])[place(1)]]
                 };
@@ -227,14 +227,14 @@ mod tests {
     use crate::field::Lattice;
     use crate::geometry::Bounds;
 
-    fn cells(dims: [usize; 3], size: DVec3, sigma: impl Fn(DVec3) -> f64) -> Cells {
+    fn cells(dims: [usize; 3], size: DVec3, sigma: impl Fn(DVec3) -> f64) -> SweepCells {
         let lattice = Lattice { dims, bounds: Bounds { low: -0.5 * size, high: 0.5 * size } };
         let sweep = |cell: usize| {
             let [x, y, z] = lattice.place(cell);
             sigma(lattice.centre(x, y, z)) as f32
         };
         let sigma = (0..lattice.cells()).map(sweep).collect();
-        Cells::of(lattice, sigma)
+        SweepCells::of(lattice, sigma)
     }
 
     /// Dust that absorbs nothing changes nothing in an even field of light, wherever it is.
@@ -271,7 +271,7 @@ mod tests {
         let (k, faces) = ([0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6], faces(2));
         let clear = cells([16; 3], size, |_| 0.0);
         let dark = Moments::dark(clear.lattice.cells(), 1);
-        let run = |cells: &Cells, glow: Option<&[EightLanes]>, around: EightLanes| {
+        let run = |cells: &SweepCells, glow: Option<&[EightLanes]>, around: EightLanes| {
             let mut out = dark.clone();
             sweep(
                 cells,

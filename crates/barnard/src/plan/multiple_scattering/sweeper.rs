@@ -6,7 +6,7 @@
 
 use std::fmt::Debug;
 
-use super::cells::Cells;
+use super::cells::SweepCells;
 use super::directions::Face;
 use super::lanes::{EightLanes, Powers};
 use super::moments::Moments;
@@ -17,7 +17,7 @@ use crate::error::Error;
 #[derive(Debug, Clone, Copy)]
 pub struct Transfer<'a> {
     /// The cells in which the dust is.
-    pub cells: &'a Cells,
+    pub cells: &'a SweepCells,
     /// Terms that there are; in the lanes behind them is no light.
     pub terms: usize,
     /// Extinction in parts of that at V.

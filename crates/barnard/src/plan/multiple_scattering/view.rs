@@ -7,12 +7,12 @@ use crate::camera::{Camera, Projection};
 /// The place of an eye, or the direction in which it looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum View {
+pub enum Viewpoint {
     From(DVec3),
     Along(DVec3),
 }
 
-impl View {
+impl Viewpoint {
     pub fn of(camera: &Camera) -> Self {
         match camera.projection {
             Projection::Perspective { .. } | Projection::Panorama { .. } => Self::From(camera.position),

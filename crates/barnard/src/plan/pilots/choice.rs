@@ -8,9 +8,10 @@ use super::{Pilot, Shading, march, measures, pilots, relative_error, unresolved}
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::image::{SpatialError, UnresolvedStars};
+use crate::light::Light;
 use crate::plan::draft::Draft;
 use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
-use crate::plan::{BandPlan, END_SHARE, LightField, Options, SpatialPlan, Stepping};
+use crate::plan::{BandPlan, END_SHARE, LightField, Options, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
 
 /// The part of the accuracy that the pilots may use up: rays between them can be worse.
@@ -70,28 +71,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     };
     let finest = finest(space);
     let truth = marches.exact(space, finest)?;
-    let mut sampling = None;
-    while let Some(edge) = space.sampled_edge().filter(|_| field.is_none()) {
-        // Densities alone: steps as fine as the truth's, and exact star depths, through the samples.
-        let values = marches.exact(&space.of_samples(), finest)?;
-        let measured = Sampling {
-            error: marches.error(&values, &truth),
-            edge,
-            unresolved: unresolved::error(scene, space, spectral, lights, control)?,
-            values,
-        };
-        let error = measured.worst();
-        sampling = Some(measured);
-        // Errors fall between the first and the second power of a voxel: at least half of one.
-        let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
-        let finer = edge.saturating_mul(times as usize).next_multiple_of(MIN_BAKE).min(MAX_BAKE);
-        if error <= SAMPLING_SHARE * accuracy || finer == edge || scene.method.bake.is_some() {
-            break;
-        }
-        let Some(resampled) = space.resampled(scene, finer, options, control)? else { break };
-        *space = resampled;
-        marches.look_anew(space);
-    }
+    let sampling = if field.is_none() { sampled(&mut marches, space, (spectral, lights), &truth)? } else { None };
     // Steps and star depths can mend what they cost themselves, and no more: they are chosen beside an exact march
     // through the same samples.
     let reachable = sampling.as_ref().map_or(&truth, |s| &s.values);
@@ -102,7 +82,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     };
     let beside_sampling = BESIDE_SAMPLING * sampling.as_ref().map_or(0.0, Sampling::worst);
     let enough = beside_sampling.min(scene.method.accuracy).max(accuracy);
-    let Some(Choice { stepping, factor, values, .. }) = marches.cheapest(space, &candidates, reachable, enough)? else {
+    let Some(TriedChoice { stepping, factor, values, .. }) = marches.cheapest(space, &candidates, reachable, enough)? else {
         return Ok(Stepping::PerVoxel(1.0));
     };
     let error = marches.error(&values, &truth);
@@ -119,6 +99,36 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     let sampling = sampling.map(|s| (s.error, s.edge));
     space.spatial = Some(SpatialError { stepping, error: error + early, sampling, rays: marches.pilots.len(), unresolved });
     Ok(stepping)
+}
+
+/// Samples functions finely enough for the accuracy, and measures the error that is left; `None` where nothing is sampled.
+fn sampled(
+    marches: &mut Marches,
+    space: &mut SpatialPlan,
+    (spectral, lights): (&SpectralPlan, &[Light]),
+    truth: &[Vec<f64>],
+) -> Result<Option<Sampling>> {
+    let (scene, options, control) = (marches.scene, marches.options, marches.control);
+    let (accuracy, finest) = (SHARE * scene.method.accuracy, finest(space));
+    let mut sampling = None;
+    while let Some(edge) = space.sampled_edge() {
+        // Densities alone: steps as fine as the truth's, and exact star depths, through the samples.
+        let values = marches.exact(&space.of_samples(), finest)?;
+        let unresolved = unresolved::error(scene, space, spectral, lights, control)?;
+        let measured = Sampling { error: marches.error(&values, truth), edge, unresolved, values };
+        let error = measured.worst();
+        sampling = Some(measured);
+        // Errors fall between the first and the second power of a voxel: at least half of one.
+        let times = (error / (SAMPLING_SHARE * accuracy)).powf(1.0 / 1.5).ceil().clamp(2.0, MAX_BAKE as f64);
+        let finer = edge.saturating_mul(times as usize).next_multiple_of(MIN_BAKE).min(MAX_BAKE);
+        if error <= SAMPLING_SHARE * accuracy || finer == edge || scene.method.bake.is_some() {
+            break;
+        }
+        let Some(resampled) = space.resampled(scene, finer, options, control)? else { break };
+        *space = resampled;
+        marches.look_anew(space);
+    }
+    Ok(sampling)
 }
 
 /// The error that sampling of densities costs which are functions.
@@ -159,7 +169,7 @@ fn candidates(space: &SpatialPlan, finest: f64, field: bool) -> Vec<Stepping> {
 }
 
 /// A choice of steps and star depths that was tried.
-struct Choice {
+struct TriedChoice {
     stepping: Stepping,
     /// Voxels of star depths along one of dust.
     factor: usize,
@@ -208,10 +218,16 @@ impl Marches<'_> {
 
     /// The cheapest of `candidates` with the coarsest star depths whose error is small `enough`, or the best there is. Star
     /// depths of `space` are refined on the way, and may be finer in the end than those that were chosen.
-    fn cheapest(&self, space: &mut SpatialPlan, candidates: &[Stepping], reachable: &[Vec<f64>], enough: f64) -> Result<Option<Choice>> {
+    fn cheapest(
+        &self,
+        space: &mut SpatialPlan,
+        candidates: &[Stepping],
+        reachable: &[Vec<f64>],
+        enough: f64,
+    ) -> Result<Option<TriedChoice>> {
         // A field of light has no star depths to refine, and finer steps may be of no use to it.
         let field = self.fast.field.is_some();
-        let mut best: Option<Choice> = None;
+        let mut best: Option<TriedChoice> = None;
         let Self { scene, options, .. } = *self;
         let fixed = scene.method.star_depth_voxels.map(|voxels| voxels.min(options.star_depth_voxels));
         let factors = match &fixed {
@@ -236,7 +252,7 @@ impl Marches<'_> {
                 let error = self.error(&values, reachable);
                 let worthwhile = best.as_ref().is_none_or(|b| error < b.error * if field { WORTHWHILE } else { 1.0 });
                 if worthwhile {
-                    best = Some(Choice { stepping, factor, error, values });
+                    best = Some(TriedChoice { stepping, factor, error, values });
                 }
                 if error <= enough || field && !worthwhile {
                     break;

@@ -4,9 +4,9 @@
 
 use spectra::rule::DepthSpan;
 
-use super::samples::{Sample, Samples};
+use super::samples::{RaySamples, Sample};
 use super::star_columns::StarColumns;
-use super::steps::{End, Steps};
+use super::steps::{StepEnd, Steps};
 use crate::geometry::Ray;
 use crate::light::{Light, Route};
 use crate::plan::near;
@@ -34,7 +34,7 @@ pub(in crate::plan) trait Eye {
 }
 
 /// A step of a ray, and what is at its ends.
-struct Step<'a> {
+struct RayStep<'a> {
     segment: Segment,
     before: Sample<'a>,
     after: Sample<'a>,
@@ -43,7 +43,7 @@ struct Step<'a> {
     gas_depth: f64,
 }
 
-impl Step<'_> {
+impl RayStep<'_> {
     /// The mean of a value over the light that the dust scatters: by σ, both linear between the places that are looked
     /// at.
     fn mean_over_dust(&self, value: impl Fn(&Sample) -> f64) -> f64 {
@@ -91,7 +91,7 @@ pub(in crate::plan) struct RayMarch<'a> {
 }
 
 /// A source of light along a ray.
-enum Source {
+enum RayLight {
     /// A star, and its place among those that the eye sees.
     Star { star: usize, seen: usize },
     /// A species of gas.
@@ -118,25 +118,25 @@ impl RayMarch<'_> {
         let (steps, samples) = if self.exact {
             steps.refine(space, ray, enough);
             let (depths, places) = steps.within_ends();
-            let samples = Samples::of_fields(space, ray, &steps, &places, self.columns);
+            let samples = RaySamples::of_fields(space, ray, &steps, &places, self.columns);
             (depths, samples)
         } else {
             let (depths, places) = if self.stepping.has_middles() { steps.at_ends_and_middles() } else { steps.at_ends() };
-            let samples = Samples::of_volumes(space, ray, &places, self.columns);
+            let samples = RaySamples::of_volumes(space, ray, &places, self.columns);
             (depths, samples)
         };
         let gas: Vec<(usize, f64)> = sources
             .iter()
             .filter_map(|(light, source)| match source {
-                Source::Gas { species } => Some((*species, self.spectral.total(*light))),
-                Source::Star { .. } => None,
+                RayLight::Gas { species } => Some((*species, self.spectral.total(*light))),
+                RayLight::Star { .. } => None,
             })
             .collect();
         let mut tau = 0.0;
         for looked in steps {
             let (from, to, before, after) = (looked.from, looked.to, samples.at(looked.before), samples.at(looked.after));
             let middle = looked.middle.map(|middle| samples.at(middle));
-            let mut step = Step { segment: Segment { from, to, tau, growth: 0.0 }, before, after, middle, gas_depth: 0.0 };
+            let mut step = RayStep { segment: Segment { from, to, tau, growth: 0.0 }, before, after, middle, gas_depth: 0.0 };
             let growth = (to - from) * step.mean(|sample| sample.sigma);
             step.segment.growth = growth;
             step.gas_depth = step.mean_depth(|sample| gas.iter().map(|(species, total)| total * sample.emission[*species]).sum());
@@ -155,12 +155,12 @@ impl RayMarch<'_> {
     }
 
     /// The lights that come from along the ray, those of stars only where they come star by star.
-    fn sources(&self, seen: &[usize], scattered_together: bool) -> Vec<(usize, Source)> {
+    fn sources(&self, seen: &[usize], scattered_together: bool) -> Vec<(usize, RayLight)> {
         let mut number = vec![None; self.space.stars.len()];
         seen.iter().enumerate().for_each(|(i, star)| number[*star] = Some(i));
         let source = |(light, l): (usize, &Light)| match l.route {
-            Route::Scattered { star } if !scattered_together => number[star].map(|seen| (light, Source::Star { star, seen })),
-            Route::Emitted { species } => Some((light, Source::Gas { species })),
+            Route::Scattered { star } if !scattered_together => number[star].map(|seen| (light, RayLight::Star { star, seen })),
+            Route::Emitted { species } => Some((light, RayLight::Gas { species })),
             _ => None,
         };
         self.lights.iter().enumerate().filter_map(source).collect()
@@ -168,7 +168,7 @@ impl RayMarch<'_> {
 
     /// The ends of the steps [pc]. A step that is long beside its distance to a star is marched in parts, as the back
     /// ends do, where it is to be `cut`.
-    fn ends(&self, near: f64, far: f64, cut: bool) -> Vec<End> {
+    fn ends(&self, near: f64, far: f64, cut: bool) -> Vec<StepEnd> {
         let (space, ray) = (self.space, self.ray);
         let voxel = space.voxel_pc();
         let steps = self.stepping.steps(far - near, space.voxel_along(ray.direction));
@@ -182,17 +182,17 @@ impl RayMarch<'_> {
         let of_step = |i: usize| {
             let t = near + i as f64 * dt;
             let parts = feet.iter().map(|(foot, distance)| near::parts(*distance, foot - t, dt, voxel)).max().unwrap_or(1);
-            (1..=parts).map(move |part| End::smooth(t + dt * part as f64 / parts as f64))
+            (1..=parts).map(move |part| StepEnd::smooth(t + dt * part as f64 / parts as f64))
         };
         (0..steps).flat_map(of_step).collect()
     }
 
     /// Light of one source in one step.
-    fn shine(&self, light: usize, source: &Source, step: &Step, eye: &mut impl Eye) {
+    fn shine(&self, light: usize, source: &RayLight, step: &RayStep, eye: &mut impl Eye) {
         match source {
-            Source::Star { star, seen } if step.segment.growth > 0.0 => self.scatter(light, *star, *seen, step, eye),
-            Source::Star { .. } => {}
-            Source::Gas { species } => {
+            RayLight::Star { star, seen } if step.segment.growth > 0.0 => self.scatter(light, *star, *seen, step, eye),
+            RayLight::Star { .. } => {}
+            RayLight::Gas { species } => {
                 let density = step.segment.length() * step.mean(|sample| sample.emission[*species]);
                 if density > 0.0 {
                     let (tau, half) = (step.segment.tau + step.gas_depth, 0.5 * step.segment.growth);
@@ -203,8 +203,8 @@ impl RayMarch<'_> {
     }
 
     /// Light of one star that one step scatters.
-    fn scatter(&self, light: usize, star: usize, seen: usize, step: &Step, eye: &mut impl Eye) {
-        let Step { segment, before, after, .. } = step;
+    fn scatter(&self, light: usize, star: usize, seen: usize, step: &RayStep, eye: &mut impl Eye) {
+        let RayStep { segment, before, after, .. } = step;
         let Segment { from, to, tau, growth } = *segment;
         let (space, spectral, ray, length) = (self.space, self.spectral, self.ray, segment.length());
         let position = space.stars[star];

@@ -273,7 +273,7 @@ mod tests {
 
     /// Dust and gas that thicken inwards, with a star inside, seen by a camera of so many degrees and pixels.
     fn glowing_cloud(degrees: f64, size: (usize, usize)) -> Planned {
-        let ball = |core: f64| Plummer::new(DVec3::ZERO, core).unwrap().cut(1.0).unwrap();
+        let ball = |core: f64| Plummer::new(DVec3::ZERO, core).unwrap().with_cut(1.0).unwrap();
         let gas = Emission::new(ball(0.2), Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-20 }]));
         let scene = scene(on_axis(4.0, degrees, size), 20).with_dust(dust(ball(0.4), "ccm89", 6.0)).with_emission(gas);
         let scene = scene.with_star(star(9000.0, 1.0, DVec3::new(0.45, 0.4, -0.2))).build().unwrap();

@@ -65,7 +65,7 @@ pub(in crate::plan) fn sampled(
     let of_edges: f64 = edges.iter().map(|p| p.stands_for).sum();
     let others = beside - on_edge.len() as f64;
     let share = if others > 0.0 { (beside - of_edges) / others } else { 1.0 };
-    let cells = Cells { width, height };
+    let cells = ImageCells { width, height };
     let middle = |cell: usize| {
         let (column, row) = cells.middle(cell);
         look(column, row)
@@ -149,12 +149,12 @@ fn on_edges(camera: &Camera, space: &SpatialPlan) -> Vec<SampledPixel> {
 }
 
 /// The cells of an image.
-struct Cells {
+struct ImageCells {
     width: usize,
     height: usize,
 }
 
-impl Cells {
+impl ImageCells {
     /// The columns and the rows of a cell; none of an image that has fewer than cells.
     fn ranges(&self, cell: usize) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
         let range = |n: usize, i: usize| n * i / EDGE..n * (i + 1) / EDGE;

@@ -12,7 +12,7 @@ const PLACES: usize = 24;
 const MIN_PLACES: usize = 6;
 
 /// Samples at several positions of a ray.
-pub(super) struct Samples {
+pub(super) struct RaySamples {
     /// The stars whose depths are known.
     stars: usize,
     /// Values at one place: σ, the depths, the gas.
@@ -31,7 +31,7 @@ pub(super) struct Sample<'a> {
     pub(super) emission: &'a [f64],
 }
 
-impl Samples {
+impl RaySamples {
     fn zeroed(stars: usize, space: &SpatialPlan, places: usize) -> Self {
         let width = 1 + stars + space.species();
         Self { stars, width, values: vec![0.0; width * places] }

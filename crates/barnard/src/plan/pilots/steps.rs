@@ -15,7 +15,7 @@ const EVEN: f64 = 0.4;
 
 /// The end of a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct End {
+pub(super) struct StepEnd {
     /// Its distance \[pc\].
     pub(super) t: f64,
     /// True if a function jumps there.
@@ -24,7 +24,7 @@ pub(super) struct End {
     depth: f64,
 }
 
-impl End {
+impl StepEnd {
     /// An end at which nothing jumps.
     pub(super) fn smooth(t: f64) -> Self {
         Self { t, jump: false, depth: 0.0 }
@@ -34,7 +34,7 @@ impl End {
 /// The steps of a ray: where the first begins, and where each ends \[pc\].
 pub(super) struct Steps {
     pub(super) near: f64,
-    pub(super) ends: Vec<End>,
+    pub(super) ends: Vec<StepEnd>,
 }
 
 /// Start and end of a step, and which of the places that are looked at stand for its two ends.
@@ -59,7 +59,7 @@ impl Steps {
     pub(super) fn at_ends_and_middles(&self) -> (Vec<Step>, Vec<f64>) {
         let (mut steps, mut places) = (Vec::with_capacity(self.ends.len()), vec![self.near]);
         let mut from = self.near;
-        for End { t, .. } in &self.ends {
+        for StepEnd { t, .. } in &self.ends {
             let before = places.len() - 1;
             places.extend([0.5 * (from + t), *t]);
             steps.push(Step { from, to: *t, before, after: before + 2, middle: Some(before + 1) });
@@ -92,7 +92,9 @@ impl Steps {
     pub(super) fn refine(&mut self, space: &SpatialPlan, ray: &Ray, enough: f64) {
         let (near, ends) = (self.near, &mut self.ends);
         let far = ends.last().map_or(near, |end| end.t);
-        ends.extend(space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)).map(|t| End { jump: true, ..End::smooth(t) }));
+        ends.extend(
+            space.crossings(ray).into_iter().filter(|t| (near..far).contains(t)).map(|t| StepEnd { jump: true, ..StepEnd::smooth(t) }),
+        );
         ends.sort_by(|a, b| a.t.total_cmp(&b.t));
         ends.dedup_by(|later, earlier| {
             let same = later.t - earlier.t <= 1e-12 * far;
@@ -102,7 +104,7 @@ impl Steps {
         let (mut fine, mut tau) = (Vec::with_capacity(ends.len()), 0.0);
         let starts = std::iter::once(near).chain(ends.iter().map(|end| end.t));
         // Blocks of steps: what lies behind enough dust is not asked for.
-        let steps: Vec<(f64, End)> = starts.zip(ends.iter().copied()).collect();
+        let steps: Vec<(f64, StepEnd)> = starts.zip(ends.iter().copied()).collect();
         'blocks: for steps in steps.chunks(BLOCK) {
             let within = steps.iter().flat_map(|(from, end)| [INSIDE, 0.5, 1.0 - INSIDE].map(|u| ray.at(from + u * (end.t - from))));
             let sigma = space.dust_at(&within.collect::<Vec<_>>());
@@ -112,8 +114,8 @@ impl Steps {
                 let growth = length * (sigma[0] + 4.0 * sigma[1] + sigma[2]) / 6.0;
                 for part in 1..=parts as usize {
                     let share = part as f64 / parts;
-                    let end_of_part = if part == parts as usize { *end } else { End::smooth(from + length * share) };
-                    fine.push(End { depth: tau + growth * share, ..end_of_part });
+                    let end_of_part = if part == parts as usize { *end } else { StepEnd::smooth(from + length * share) };
+                    fine.push(StepEnd { depth: tau + growth * share, ..end_of_part });
                 }
                 tau += growth;
                 if tau > 2.0 * enough {
@@ -133,7 +135,7 @@ impl Steps {
         let even = if seen > 0.0 { EVEN } else { 1.0 };
         let share = |t: f64, tau: f64| even * (t - near) / (far - near) + (1.0 - even) * (1.0 - (-tau).exp()) / seen.max(f64::MIN_POSITIVE);
         let (mut places, mut before) = (Vec::with_capacity(count), (near, 0.0));
-        for End { t, depth, .. } in ends {
+        for StepEnd { t, depth, .. } in ends {
             let after = share(*t, *depth);
             while places.len() < count && (places.len() as f64 + 0.5) / count as f64 <= after {
                 let part = ((places.len() as f64 + 0.5) / count as f64 - before.1) / (after - before.1);

@@ -74,6 +74,16 @@ const STRONGEST: f64 = 1e28;
 /// Angles at which the certificate must hold beside the mean.
 const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
+/// The phase function at the angles of marched lights, with its weights in the bands.
+fn phase_table(phase: &PhaseAtPivot, accuracy: f64, (lights, bands): (&[Light], &[BandPlan]), space: &SpatialPlan) -> PhaseTable {
+    let many_lights = space.many_lights.as_deref();
+    let entries = phase.entries(accuracy);
+    let marched = |light: &Light| matches!(light.route, Route::Scattered { star } if many_lights.is_none_or(|c| !c.holds(star)));
+    let weights = lights.iter().enumerate().map(|(i, light)| if marched(light) { phase.weights(entries, bands, i) } else { Vec::new() });
+    let at_nodes = if many_lights.is_some() { phase.at_nodes(entries, bands) } else { Vec::new() };
+    PhaseTable { entries, separable: !phase.phase.is_spectral(), weights: weights.collect(), at_nodes }
+}
+
 impl SpectralPlan {
     /// Solves the rule for every passband of `scene`, for the optical depths of `space`.
     pub(crate) fn new(scene: &Scene, lights: &[Light], space: &SpatialPlan, control: &Control) -> Result<Self> {
@@ -136,22 +146,12 @@ impl SpectralPlan {
         let phase_at_pivot = phase.map(pivot);
         let measures = bands.iter().flat_map(|b| &b.sources).flat_map(|s| &s.measure.k);
         let least_k = measures.copied().fold(f64::INFINITY, f64::min);
-        let many_lights = space.many_lights.as_deref();
-        let table = |phase: &PhaseAtPivot| {
-            let entries = phase.entries(method.accuracy);
-            let marched = |light: &Light| matches!(light.route, Route::Scattered { star } if many_lights.is_none_or(|c| !c.holds(star)));
-            let weights =
-                lights.iter().enumerate().map(|(i, light)| if marched(light) { phase.weights(entries, &bands, i) } else { Vec::new() });
-            let weights = weights.collect();
-            let at_nodes = if many_lights.is_some() { phase.at_nodes(entries, &bands) } else { Vec::new() };
-            PhaseTable { entries, separable: !phase.phase.is_spectral(), weights, at_nodes }
-        };
         Ok(Self {
             method: name,
             accuracy: method.accuracy,
             rule_accuracy,
             least_k,
-            phase: phase_at_pivot.as_ref().map(table),
+            phase: phase_at_pivot.as_ref().map(|phase| phase_table(phase, scene.method.accuracy, (lights, &bands), space)),
             depth,
             phase_angle: phase_at_pivot.as_ref().map_or(f64::INFINITY, |p| p.midpoint_angle(method.accuracy)),
             phase_at_pivot,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use spectra::rule::Node;
 
 use super::BandPlan;
-use crate::packet::{Place, place};
+use crate::packet::{RowPlace, place};
 use crate::phase::Phase;
 
 /// The largest abscissa of a phase table, backwards.
@@ -48,7 +48,7 @@ impl PhaseTable {
         let small = (sine2 / (2.0 * (1.0 + cosine.abs()))).sqrt();
         let at = if cosine >= 0.0 { small } else { PHASE_RANGE as f32 - small };
         let cells = entries.max(2) - 1;
-        let Place { cell, fraction } = place(at * cells as f32 * (1.0 / PHASE_RANGE as f32), cells);
+        let RowPlace { cell, fraction } = place(at * cells as f32 * (1.0 / PHASE_RANGE as f32), cells);
         PhaseEntry { entry: cell, fraction }
     }
 }

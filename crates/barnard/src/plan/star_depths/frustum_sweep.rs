@@ -35,7 +35,7 @@ use crate::packet::{LANES, Lane, fma, lanes, place};
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::between_rays::{Places, beside, cubic_line, cubic_rows, grazed};
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
-use crate::plan::star_depths::planes::{Part, Planes, mix, within};
+use crate::plan::star_depths::planes::{DustWindow, Planes, mix, within};
 use crate::volume::{ChannelMut, PlanePart, ROWS_TOGETHER};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
@@ -50,7 +50,7 @@ const SHARED: f64 = 1e-6;
 
 /// The sweep of one frustum through the dust, or through the part of it that is at hand.
 pub(super) struct FrustumSweep<'a> {
-    pub dust: Part<'a>,
+    pub dust: DustWindow<'a>,
     pub frustum: Frustum,
     /// Voxels along u and v that are written.
     pub ranges: [Range<usize>; 2],
@@ -103,7 +103,7 @@ pub fn sweep(dust: &Grid, star: DVec3, out: &mut ChannelMut, control: &Control, 
         let axes = frustum.axes;
         let exact = |place| exact_depth(dust, star, &lattice, axes, place);
         let ranges = [0, 1].map(|axis| 0..frustum.dims[axis]);
-        FrustumSweep { dust: Part::whole(dust), frustum, ranges, exact: &exact }.run(out, control, &mut visit)?;
+        FrustumSweep { dust: DustWindow::whole(dust), frustum, ranges, exact: &exact }.run(out, control, &mut visit)?;
     }
     Ok(())
 }
@@ -205,7 +205,7 @@ impl FrustumSweep<'_> {
                 row[column_count] = row[column_count - 1];
             }
             let slope = first[0] - spacing;
-            let line = Line {
+            let line = RayRow {
                 samples: interval
                     .gauss()
                     .map(|z| (((self.frustum.star[0] + slope * z + 0.5) * scale - 0.5) as f32, (spacing * z * scale) as f32)),
@@ -326,7 +326,7 @@ impl Together {
 
 /// Rays of one row: what their places and lengths between two planes are made of, each from ray 0 and the step from ray
 /// to ray.
-struct Line {
+struct RayRow {
     /// Places at the two Gauss points along u [voxels of dust].
     samples: [(f32, f32); 2],
     /// The way along u in a plane [pc].
@@ -345,7 +345,7 @@ struct Line {
 simd! {
     /// Adds to the depths of a row of rays what an interval gives them, σ given along u at its two Gauss points; the last
     /// value of each row stands twice.
-    fn advance_line(line: &Line, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut [f32]) {
+    fn advance_line(line: &RayRow, rows: [&[f32]; 2], gains: &mut [f32], depths: &mut [f32]) {
         for (chunk, (gains, depths)) in gains.chunks_mut(LANES).zip(depths.chunks_mut(LANES)).enumerate() {
             let number = lanes!(|lane| (line.first_ray + chunk * LANES + lane) as f32);
             let mut sum = [0.0; LANES];

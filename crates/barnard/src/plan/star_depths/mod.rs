@@ -19,7 +19,7 @@ use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
 use crate::plan::star_depths::frustum_sweep::sweep;
-use crate::volume::{Bricks, ChannelMut, Plane, Volume};
+use crate::volume::{Bricks, ChannelMut, Volume, VoxelPlane};
 
 /// Depth at V past which light is gone at any wavelength: where extinction is least, k = 0.03 in the mid infrared,
 /// e^(−30) is left.
@@ -83,7 +83,7 @@ fn match_means(volume: &mut Volume, slot: usize) {
     let [nx, ny, nz] = volume.inner.dims;
     let width = volume.lattice.dims[0];
     // Planes are those of the lattice that has a layer around the box.
-    let across = |z: usize| Plane { axes: [0, 1, 2], at: z + 1 };
+    let across = |z: usize| VoxelPlane { axes: [0, 1, 2], at: z + 1 };
     let row = |y: usize| (y + 1) * width + 1..(y + 1) * width + 1 + nx;
     // Planes before, here and behind, as they were swept.
     let mut planes: Vec<Vec<f32>> = vec![Vec::new(); nz.min(3)];

@@ -12,7 +12,7 @@ const BLOCK: usize = 16;
 
 /// Dust, or the part of it that is at hand; places are counted in the whole.
 #[derive(Clone, Copy)]
-pub struct Part<'a> {
+pub struct DustWindow<'a> {
     /// The extinction σ at V of the part [pc⁻¹].
     pub grid: &'a Grid,
     /// The voxel of the whole that is the part's first.
@@ -21,7 +21,7 @@ pub struct Part<'a> {
     pub dims: [usize; 3],
 }
 
-impl<'a> Part<'a> {
+impl<'a> DustWindow<'a> {
     /// All of the dust.
     pub fn whole(grid: &'a Grid) -> Self {
         Self { grid, first: [0; 3], dims: grid.lattice().dims }
@@ -41,7 +41,7 @@ pub fn within(range: &Range<usize>, stored: &Range<usize>) -> Range<usize> {
 
 /// The dust's planes along w, copied sixteen at a time, whichever way they lie in memory.
 pub struct Planes<'a> {
-    dust: Part<'a>,
+    dust: DustWindow<'a>,
     axes: [usize; 3],
     backwards: bool,
     /// Number of the first plane in `block`.
@@ -52,7 +52,7 @@ pub struct Planes<'a> {
 
 impl<'a> Planes<'a> {
     /// The planes of `dust`, w being the last of `axes`; they will be asked for one after the other, towards `sign`.
-    pub fn new(dust: Part<'a>, axes: [usize; 3], sign: f64) -> Self {
+    pub fn new(dust: DustWindow<'a>, axes: [usize; 3], sign: f64) -> Self {
         Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new() }
     }
 

@@ -1,6 +1,6 @@
 //! Headers of FITS files, as they are read.
 
-use barnard::data::{AXIS_ORDERS, Axis, Frame};
+use barnard::data::{AXIS_ORDERS, ArrayFrame, Axis};
 use barnard::error::{Error, Result};
 
 use super::cards::{BLOCK, CARD};
@@ -230,7 +230,7 @@ impl Header {
     }
 
     /// The values' unit and, where coordinates are linear and along the array's axes, those axes.
-    pub fn frame(&self) -> Frame {
+    pub fn frame(&self) -> ArrayFrame {
         let written = |keyword: &str| self.text(keyword).map(str::trim).filter(|t| !t.is_empty()).map(str::to_owned);
         // Maps of the Galaxy's dust say their unit elsewhere, and the Sun's place in steps from the lower corner.
         let unit = ["BUNIT", "UNIT", "CUNIT"].into_iter().find_map(written);
@@ -239,7 +239,7 @@ impl Header {
             let sun = self.number(["SUN_POSX", "SUN_POSY", "SUN_POSZ"].get(i - 1)?)?;
             Some(Axis { unit: "pc".into(), step, first: (0.5 - sun) * step })
         };
-        let mut frame = Frame { order: "zyx", unit, ..Frame::default() };
+        let mut frame = ArrayFrame { order: "zyx", unit, ..ArrayFrame::default() };
         let axes: Vec<usize> = self.squeezed().into_iter().take(3).map(|(i, _)| i).collect();
         let followed = self.followed(&axes).unwrap_or_else(|reason| {
             frame.problem = Some(reason);

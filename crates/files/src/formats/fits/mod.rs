@@ -14,15 +14,15 @@ mod write;
 use std::io::{BufReader, Read, SeekFrom};
 
 use self::header::{Header, headers};
-pub use self::observed::{MASK_PREFIX, Observed, Plane, Sky, observed, sky_of};
+pub use self::observed::{ImagePlane, MASK_PREFIX, Observed, Sky, observed, sky_of};
 use self::write::encode;
 pub(super) use self::write::encode_frame;
 
 use super::gather::Gather;
 use super::gzip;
 use super::numbers::{Number, Stored};
-use super::{Contents, GridWriter, Kept, Member, Reader, Request, UNIT_NOTE, Writer, checked_shape, three_axes};
-use barnard::data::{Array, Choose, Layout, Numbers, Part};
+use super::{Contents, FileFloat, GridWriter, Member, Reader, Request, UNIT_NOTE, Writer, checked_shape, three_axes};
+use barnard::data::{Array, ArrayHeader, ArrayPart, Choose, Numbers};
 use barnard::error::{Error, Result};
 use barnard::image::{Image, Samples};
 use spectra::curve::Columns;
@@ -72,7 +72,7 @@ fn is_unsigned_64(header: &Header) -> bool {
 }
 
 /// Physical value of an image number: scaled by BSCALE and BZERO; blank integers are NaN.
-fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
+fn value_of<T: FileFloat>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
     let scaled = (header.number("BSCALE").unwrap_or(1.0), header.number("BZERO").unwrap_or(0.0));
     let is_unsigned = is_unsigned_64(header) && !header.is_packed();
     let (scale, zero) = if is_unsigned { (1.0, 0.0) } else { scaled };
@@ -82,7 +82,13 @@ fn value_of<T: Kept>(header: &Header) -> impl Fn(f64) -> T + Sync + use<T> {
 
 /// Selected part of an HDU of this shape, the slowest axis first, whose axes have these numbers in the
 /// file.
-fn values<T: Kept>(request: &mut Request, header: &Header, numbers: [Option<usize>; 3], shape: [usize; 3], part: &Part) -> Result<Numbers> {
+fn values<T: FileFloat>(
+    request: &mut Request,
+    header: &Header,
+    numbers: [Option<usize>; 3],
+    shape: [usize; 3],
+    part: &ArrayPart,
+) -> Result<Numbers> {
     let path = request.path;
     header.check(path)?;
     let mut stored = stored_of(header.bitpix()).map_err(|reason| Error::file(path, reason))?;
@@ -141,7 +147,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
     let (shape, _) = three_axes(request.path, &axes.iter().map(|(_, length)| *length).collect::<Vec<_>>())?;
     header.check(request.path)?;
     let numbers = std::array::from_fn(|i| Some(axes[i].0));
-    let part = choose(&Layout { shape, frame: Some(header.frame()) })?;
+    let part = choose(&ArrayHeader { shape, frame: Some(header.frame()) })?;
     // What is scaled may need more digits than are stored.
     let is_scaled = ["BSCALE", "BZERO"].iter().any(|key| header.number(key).is_some());
     let data = match header.bitpix() {
@@ -193,7 +199,7 @@ pub fn columns(request: &mut Request) -> Result<Columns> {
     let number = number.ok_or_else(|| Error::file(path, "has no binary table; add one with a column of wavelengths"))?;
     let header = &headers[number];
     header.check(path)?;
-    let table = table::Table::of(header).map_err(|reason| Error::file(path, reason))?;
+    let table = table::FitsTable::of(header).map_err(|reason| Error::file(path, reason))?;
     let cells = table.read(request, header)?;
     table.columns(header, &cells).map_err(|reason| Error::file(path, format!("HDU {number}: {reason}")))
 }
@@ -271,7 +277,7 @@ fn planes(
         if *size.get_or_insert((axes[0], axes[1])) != (axes[0], axes[1]) {
             return Err(Error::file(request.path, "has images of different sizes"));
         }
-        let whole = Layout { shape, frame: None }.whole();
+        let whole = ArrayHeader { shape, frame: None }.whole();
         let values = values::<f64>(request, header, [None, Some(2), Some(1)], shape, &whole)?.doubles();
         let rows = values.chunks(axes[0] as usize);
         take((hdu, header), if header.is_top_down() { values } else { rows.rev().flatten().copied().collect() });

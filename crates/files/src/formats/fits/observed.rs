@@ -19,12 +19,12 @@ pub struct Observed {
     /// Pixels along a column.
     pub height: usize,
     /// Each image of two axes, in the order of the file.
-    pub planes: Vec<Plane>,
+    pub planes: Vec<ImagePlane>,
 }
 
 /// An image of two axes.
 #[derive(Debug, Clone)]
-pub struct Plane {
+pub struct ImagePlane {
     /// The number of its HDU, zero for the first.
     pub hdu: usize,
     /// The name of its HDU (EXTNAME); nothing where it has none.
@@ -64,7 +64,7 @@ pub const MASK_PREFIX: &str = "mask.";
 
 impl Observed {
     /// The images, without their errors, masks and weights.
-    pub fn images(&self) -> impl Iterator<Item = &Plane> {
+    pub fn images(&self) -> impl Iterator<Item = &ImagePlane> {
         self.planes.iter().filter(|plane| !is_aside(&plane.name))
     }
 
@@ -72,9 +72,9 @@ impl Observed {
     ///
     /// # Errors
     /// Says what images there are where none is meant, or several are.
-    pub fn plane(&self, name: &str, bands: usize) -> std::result::Result<&Plane, String> {
+    pub fn plane(&self, name: &str, bands: usize) -> std::result::Result<&ImagePlane, String> {
         let images = || self.images();
-        let called = |name: &str| images().filter(|plane| plane.name.eq_ignore_ascii_case(name)).collect::<Vec<&Plane>>();
+        let called = |name: &str| images().filter(|plane| plane.name.eq_ignore_ascii_case(name)).collect::<Vec<&ImagePlane>>();
         let mut found = called(name);
         if found.is_empty() && bands == 1 {
             found = called(SCIENCE);
@@ -110,11 +110,11 @@ impl Observed {
             None => (hdu.trim(), None),
         };
         let number = name.parse::<usize>().ok();
-        let is_it = |plane: &&Plane| match number {
+        let is_it = |plane: &&ImagePlane| match number {
             Some(number) => plane.hdu == number,
             None => plane.name.eq_ignore_ascii_case(name) && version.is_none_or(|version| plane.version == version),
         };
-        let found: Vec<&Plane> = self.planes.iter().filter(is_it).collect();
+        let found: Vec<&ImagePlane> = self.planes.iter().filter(is_it).collect();
         let [one] = found[..] else {
             let known: Vec<String> = self.planes.iter().map(|plane| format!("{} ({},{})", plane.hdu, plane.name, plane.version)).collect();
             let count = if found.is_empty() { "no".to_owned() } else { found.len().to_string() };
@@ -126,18 +126,18 @@ impl Observed {
     }
 
     /// The standard errors of an image.
-    pub fn errors_of(&self, name: &str) -> Option<&Plane> {
+    pub fn errors_of(&self, name: &str) -> Option<&ImagePlane> {
         self.beside(&format!("{name}{ERROR_SUFFIX}"), &ERRORS)
     }
 
     /// The mask of an image, zero where pixels count.
-    pub fn mask_of(&self, name: &str) -> Option<&Plane> {
+    pub fn mask_of(&self, name: &str) -> Option<&ImagePlane> {
         self.beside(&format!("{MASK_PREFIX}{name}"), &MASKS)
     }
 
-    fn beside(&self, hdu: &str, others: &[&str]) -> Option<&Plane> {
+    fn beside(&self, hdu: &str, others: &[&str]) -> Option<&ImagePlane> {
         let images = self.images().count();
-        let named = |plane: &&Plane| others.iter().any(|other| plane.name.eq_ignore_ascii_case(other));
+        let named = |plane: &&ImagePlane| others.iter().any(|other| plane.name.eq_ignore_ascii_case(other));
         self.planes
             .iter()
             .find(|plane| plane.name.eq_ignore_ascii_case(hdu))
@@ -164,7 +164,7 @@ pub fn observed(path: &Path, memory_limit: u64) -> Result<Observed> {
     let mut all = Vec::new();
     let is_wanted = |header: &Header| header.text(LAYER).is_none_or(|layer| layer.trim().starts_with("mask"));
     let (width, height) = planes(request, &headers, is_wanted, |(hdu, header), values| {
-        all.push(Plane {
+        all.push(ImagePlane {
             hdu,
             version: header.number("EXTVER").map_or(1, |version| version as i64),
             name: header.text("EXTNAME").unwrap_or_default().trim().to_owned(),

@@ -11,23 +11,23 @@ use super::header::Header;
 use crate::formats::Request;
 
 /// The rows and columns of a table.
-pub struct Table {
+pub struct FitsTable {
     /// Bytes of a row.
     pub row: usize,
     rows: usize,
     /// Starts of the lists, from the first row on.
     pub heap: u64,
-    columns: Vec<Column>,
+    columns: Vec<FitsColumn>,
 }
 
-struct Column {
+struct FitsColumn {
     name: String,
     /// Offset in a row, and format.
     at: usize,
     format: String,
 }
 
-impl Table {
+impl FitsTable {
     /// The table whose header this is.
     pub fn of(header: &Header) -> Result<Self, String> {
         let size =
@@ -39,7 +39,7 @@ impl Table {
         for i in 1..=fields.min(999) {
             let format = header.text(&format!("TFORM{i}")).unwrap_or("").trim().to_owned();
             let width = width(&format).ok_or_else(|| format!("TFORM{i} = '{format}' is not a column format"))?;
-            columns.push(Column { name: header.text(&format!("TTYPE{i}")).unwrap_or("").trim().to_owned(), at, format });
+            columns.push(FitsColumn { name: header.text(&format!("TTYPE{i}")).unwrap_or("").trim().to_owned(), at, format });
             at = at.saturating_add(width);
         }
         if at > row {

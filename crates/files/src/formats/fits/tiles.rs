@@ -10,20 +10,20 @@ use barnard::memory;
 use flate2::read::MultiGzDecoder;
 
 use super::header::Header;
-use super::table::Table;
+use super::table::FitsTable;
 use super::{stored_of, value_of};
-use crate::formats::gather::{Block, Gather, cut, lines};
+use crate::formats::gather::{BlockRange, Gather, cut, lines};
 use crate::formats::numbers::{Number, Stored};
-use crate::formats::{Kept, Request, exactly};
+use crate::formats::{FileFloat, Request, exactly};
 
 /// Positions and compression of an image's tiles.
-struct Tiles<'h> {
+struct CompressedTiles<'h> {
     header: &'h Header,
     /// Lengths of the image's and the tiles' axes, the fastest first.
     axes: Vec<u64>,
     edges: Vec<u64>,
-    table: Table,
-    packing: Packing,
+    table: FitsTable,
+    packing: TilePacking,
     /// Number type of the image, and those that are packed where they were made whole ones.
     stored: Stored,
     dither: Dither,
@@ -31,7 +31,7 @@ struct Tiles<'h> {
 
 /// Compression of a tile.
 #[derive(Clone, Copy, PartialEq)]
-enum Packing {
+enum TilePacking {
     None,
     Gzip { shuffled: bool },
     Rice { pixels: usize, bytes: usize },
@@ -49,9 +49,9 @@ enum Dither {
 }
 
 /// Tile data in the file.
-struct Tile {
+struct CompressedTile {
     bytes: Vec<u8>,
-    packing: Packing,
+    packing: TilePacking,
     /// Scale and offset of its quantised numbers; `None` if unquantised.
     scale: Option<(f64, f64)>,
     blank: Option<f64>,
@@ -60,7 +60,7 @@ struct Tile {
 }
 
 /// Selected part of an image of this shape, whose axes are those of `numbers` in the file, into `gather`.
-pub fn gathered<T: Kept>(
+pub fn gathered<T: FileFloat>(
     request: &mut Request,
     header: &Header,
     numbers: [Option<usize>; 3],
@@ -68,13 +68,13 @@ pub fn gathered<T: Kept>(
 ) -> Result<data::Numbers> {
     let (path, limit) = (request.path, request.memory_limit);
     let wrong = |reason: String| Error::file(path, reason);
-    let tiles = Tiles::of(header).map_err(wrong)?;
+    let tiles = CompressedTiles::of(header).map_err(wrong)?;
     let elements = tiles.elements();
     memory::check(&format!("a tile of {}", path.display()), elements.saturating_mul(8), limit)?;
     let cells = tiles.table.read(request, header)?;
     let edges = numbers.map(|number| number.and_then(|n| tiles.edges.get(n - 1)).map_or(1, |edge| *edge as usize));
     let whole: Vec<u64> = tiles.axes.iter().zip(&tiles.edges).map(|(axis, edge)| axis.div_ceil(*edge)).collect();
-    let place = |block: &Block| {
+    let place = |block: &BlockRange| {
         let mut at = vec![0u64; tiles.axes.len()];
         for (i, number) in numbers.iter().enumerate() {
             if let Some(slot) = number.and_then(|n| at.get_mut(n - 1)) {
@@ -99,7 +99,7 @@ pub fn gathered<T: Kept>(
             let all = tiles.unpack(&tile, count).map_err(failed)?;
             let size = |i: usize| numbers[i].and_then(|n| sizes.get(n - 1)).map_or(1, |size| *size as usize);
             let mut values = Vec::with_capacity(block.iter().map(|range| range.len()).product());
-            let inner: Block = std::array::from_fn(|i| {
+            let inner: BlockRange = std::array::from_fn(|i| {
                 let first = block[i].start / edges[i] * edges[i];
                 block[i].start - first..block[i].end - first
             });
@@ -113,7 +113,7 @@ pub fn gathered<T: Kept>(
     gather.finish()
 }
 
-impl<'h> Tiles<'h> {
+impl<'h> CompressedTiles<'h> {
     fn of(header: &'h Header) -> Result<Self, String> {
         let axes = header.axes().ok_or("ZNAXIS is missing or invalid")?;
         let stored = stored_of(header.bitpix())?;
@@ -129,16 +129,16 @@ impl<'h> Tiles<'h> {
             header.integer(&format!("ZVAL{}", number + 1))
         };
         let packing = match header.text("ZCMPTYPE").unwrap_or("none") {
-            "NOCOMPRESS" => Packing::None,
-            "GZIP_1" => Packing::Gzip { shuffled: false },
-            "GZIP_2" => Packing::Gzip { shuffled: true },
-            "RICE_1" | "RICE_ONE" => Packing::Rice {
+            "NOCOMPRESS" => TilePacking::None,
+            "GZIP_1" => TilePacking::Gzip { shuffled: false },
+            "GZIP_2" => TilePacking::Gzip { shuffled: true },
+            "RICE_1" | "RICE_ONE" => TilePacking::Rice {
                 pixels: option("BLOCKSIZE").and_then(|n| usize::try_from(n).ok()).unwrap_or(32),
                 bytes: option("BYTEPIX").and_then(|n| usize::try_from(n).ok()).unwrap_or(4),
             },
             other => return Err(format!("its tiles are compressed with {other}, which is unsupported; run funpack first")),
         };
-        if let Packing::Rice { pixels, bytes } = packing
+        if let TilePacking::Rice { pixels, bytes } = packing
             && !([1, 2, 4].contains(&bytes) && (1..=MOST_PIXELS).contains(&pixels))
         {
             return Err(format!("BYTEPIX = {bytes} must be 1, 2 or 4, and BLOCKSIZE = {pixels} between 1 and {MOST_PIXELS}"));
@@ -149,7 +149,7 @@ impl<'h> Tiles<'h> {
             "SUBTRACTIVE_DITHER_2" => Dither::Subtractive { seed, keeps_zero: true },
             _ => Dither::None,
         };
-        Ok(Self { header, axes, edges, table: Table::of(header)?, packing, stored, dither })
+        Ok(Self { header, axes, edges, table: FitsTable::of(header)?, packing, stored, dither })
     }
 
     /// Elements of a whole tile.
@@ -158,15 +158,15 @@ impl<'h> Tiles<'h> {
     }
 
     /// Reads what the file has of a tile, by the rows of its table.
-    fn fetch(&self, request: &mut Request, rows: &[u8], row: usize) -> Result<Tile> {
+    fn fetch(&self, request: &mut Request, rows: &[u8], row: usize) -> Result<CompressedTile> {
         let path = request.path;
         let wrong = |reason: &str| Error::file(path, format!("tile {}: {reason}", row + 1));
         let missing = || wrong("it is beyond the end of the file: the file is truncated or corrupt");
         let cells = rows.chunks_exact(self.table.row.max(1)).nth(row).ok_or_else(missing)?;
         let packings = [
             ("COMPRESSED_DATA", self.packing),
-            ("GZIP_COMPRESSED_DATA", Packing::Gzip { shuffled: false }),
-            ("UNCOMPRESSED_DATA", Packing::None),
+            ("GZIP_COMPRESSED_DATA", TilePacking::Gzip { shuffled: false }),
+            ("UNCOMPRESSED_DATA", TilePacking::None),
         ];
         let found = packings.into_iter().find_map(|(name, packing)| {
             let (from, bytes) = self.table.list(name, cells).filter(|(_, bytes)| *bytes > 0)?;
@@ -182,27 +182,27 @@ impl<'h> Tiles<'h> {
         let number = |name: &str| self.table.number(name, cells).or_else(|| self.header.number(name));
         // Numbers that no quantum fits are packed as they are.
         let scale = number("ZSCALE").zip(number("ZZERO")).filter(|_| name == "COMPRESSED_DATA");
-        Ok(Tile { bytes, packing, scale, blank: number("ZBLANK"), row })
+        Ok(CompressedTile { bytes, packing, scale, blank: number("ZBLANK"), row })
     }
 
     /// The numbers of a tile, `count` of them.
-    fn unpack(&self, tile: &Tile, count: usize) -> Result<Vec<f64>, String> {
+    fn unpack(&self, tile: &CompressedTile, count: usize) -> Result<Vec<f64>, String> {
         let scale = tile.scale.filter(|_| matches!(self.stored.kind, Number::Float(_)));
         // Numbers that were made whole have four bytes.
         let stored = if scale.is_some() { Stored { kind: Number::Int(4), big_endian: true } } else { self.stored };
         let mut values: Vec<f64> = match tile.packing {
-            Packing::None => decoded(stored, &tile.bytes, count)?,
-            Packing::Gzip { shuffled } => {
+            TilePacking::None => decoded(stored, &tile.bytes, count)?,
+            TilePacking::Gzip { shuffled } => {
                 let mut bytes = exactly(MultiGzDecoder::new(&tile.bytes[..]), count.saturating_mul(stored.size()), "gzip")?;
                 if shuffled {
                     bytes = (0..bytes.len()).map(|i| bytes[i % stored.size() * count + i / stored.size()]).collect();
                 }
                 decoded(stored, &bytes, count)?
             }
-            Packing::Rice { .. } if matches!(stored.kind, Number::Float(_)) => {
+            TilePacking::Rice { .. } if matches!(stored.kind, Number::Float(_)) => {
                 return Err("Rice compression of floats requires ZSCALE".into());
             }
-            Packing::Rice { pixels, bytes } => rice(&tile.bytes, count, pixels, bytes)?,
+            TilePacking::Rice { pixels, bytes } => rice(&tile.bytes, count, pixels, bytes)?,
         };
         if let Some((scale, zero)) = scale {
             let mut offsets = self.dither.offsets(tile.row);
@@ -269,7 +269,7 @@ fn rice(packed: &[u8], count: usize, pixels: usize, bytes: usize) -> Result<Vec<
         2 => (4, 14),
         _ => (5, 25),
     };
-    let mut bits = Bits { bytes: packed, at: 0 };
+    let mut bits = BitReader { bytes: packed, at: 0 };
     let mut last = bits.take(width).ok_or_else(broken)?;
     let mut values = Vec::with_capacity(count);
     while values.len() < count {
@@ -299,12 +299,12 @@ fn rice(packed: &[u8], count: usize, pixels: usize, bytes: usize) -> Result<Vec<
 }
 
 /// Bits of bytes, the highest first.
-struct Bits<'a> {
+struct BitReader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
-impl Bits<'_> {
+impl BitReader<'_> {
     /// The next 32 bits, and how many of them there are.
     fn window(&self) -> (u32, usize) {
         let first = self.at / 8;

@@ -43,13 +43,13 @@ pub fn encode(image: &Image, _: &SaveOptions) -> Result<Vec<u8>> {
         [(CUBE, (0..in_cube).collect()), (CUBE_ERROR, errors)].into_iter().filter(|(_, bands): &(_, Vec<usize>)| !bands.is_empty())
     {
         bytes.extend(header_of_cube(image, name, &bands));
-        let bits = Bits::of(image);
+        let bits = Bitpix::of(image);
         bands.iter().for_each(|band| bits.plane(image.width, densities(image, *band), &mut bytes));
         bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
     }
     for band in (0..image.bands.len()).filter(|band| image.spectral.is_none() || (*band >= in_cube && !image.is_error(*band))) {
         bytes.extend(header_of(image, band));
-        Bits::of(image).rows(image.width, image.in_unit(band), &mut bytes);
+        Bitpix::of(image).rows(image.width, image.in_unit(band), &mut bytes);
     }
     for layer in &image.layers {
         for channel in channels(image, layer) {
@@ -84,13 +84,13 @@ fn unit_cards(cards: &mut Cards, unit: RadianceUnit, meaning: &str) {
 
 /// Number type of an HDU: BITPIX.
 #[derive(Clone, Copy)]
-enum Bits {
+enum Bitpix {
     Double = -64,
     Single = -32,
     Integer = 16,
 }
 
-impl Bits {
+impl Bitpix {
     fn of(image: &Image) -> Self {
         if matches!(image.samples, Samples::Double(_)) { Self::Double } else { Self::Single }
     }
@@ -134,11 +134,11 @@ pub(crate) fn encode_frame(frame: &Frame) -> Vec<u8> {
         let mut cards = Cards::default();
         if is_alone {
             cards.value("SIMPLE", "T", "conforms to FITS standard");
-            sized(&mut cards, image, Bits::Integer);
+            sized(&mut cards, image, Bitpix::Integer);
             cards.value("EXTEND", "T", "");
             origin(&mut cards, image, &[]);
         } else {
-            extension(&mut cards, image, Bits::Integer);
+            extension(&mut cards, image, Bitpix::Integer);
         }
         cards.value("BZERO", 32768, "counts are not negative");
         cards.value("BSCALE", 1, "");
@@ -174,19 +174,19 @@ fn begun(frame: &Frame) -> String {
 }
 
 /// A channel of a layer as an HDU: what it is called, which it is, its unit and what it means.
-struct Channel {
+struct LayerHdu {
     name: String,
     number: usize,
     unit: Option<&'static str>,
     meaning: &'static str,
 }
 
-fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
-    let named = |name: &str, number, unit, meaning| Channel { name: name.into(), number, unit, meaning };
+fn channels(image: &Image, layer: &Layer) -> Vec<LayerHdu> {
+    let named = |name: &str, number, unit, meaning| LayerHdu { name: name.into(), number, unit, meaning };
     match layer.content {
         LayerContent::Light => {
             let bands = distinct_names(image).into_iter().enumerate();
-            let channel = |(number, band)| Channel {
+            let channel = |(number, band)| LayerHdu {
                 name: format!("{}.{band}", layer.name),
                 number,
                 unit: None,
@@ -197,7 +197,7 @@ fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
         LayerContent::Mask => {
             let bands = distinct_names(image).into_iter().enumerate().filter(|(band, _)| !image.is_error(*band));
             let meaning = "1 saturated, 2 rejected, 4 no good frame";
-            bands.map(|(number, band)| Channel { name: format!("{}.{band}", layer.name), number, unit: None, meaning }).collect()
+            bands.map(|(number, band)| LayerHdu { name: format!("{}.{band}", layer.name), number, unit: None, meaning }).collect()
         }
         LayerContent::Depth => vec![named("depth", 0, Some("pc"), "mean distance of the light of dust and gas")],
         LayerContent::OpticalDepth => {
@@ -206,11 +206,11 @@ fn channels(image: &Image, layer: &Layer) -> Vec<Channel> {
     }
 }
 
-fn bits_of(layer: &Layer) -> Bits {
-    if layer.content == LayerContent::Mask { Bits::Integer } else { Bits::Single }
+fn bits_of(layer: &Layer) -> Bitpix {
+    if layer.content == LayerContent::Mask { Bitpix::Integer } else { Bitpix::Single }
 }
 
-fn header_of_layer(image: &Image, layer: &Layer, channel: &Channel) -> Vec<u8> {
+fn header_of_layer(image: &Image, layer: &Layer, channel: &LayerHdu) -> Vec<u8> {
     let mut cards = Cards::default();
     extension(&mut cards, image, bits_of(layer));
     cards.text("EXTNAME", &channel.name, "a channel of a layer");
@@ -225,14 +225,14 @@ fn header_of_layer(image: &Image, layer: &Layer, channel: &Channel) -> Vec<u8> {
 }
 
 /// The cards that an image extension begins with.
-fn extension(cards: &mut Cards, image: &Image, bits: Bits) {
+fn extension(cards: &mut Cards, image: &Image, bits: Bitpix) {
     cards.text("XTENSION", "IMAGE", "image extension");
     sized(cards, image, bits);
     cards.value("PCOUNT", 0, "");
     cards.value("GCOUNT", 1, "");
 }
 
-fn sized(cards: &mut Cards, image: &Image, bits: Bits) {
+fn sized(cards: &mut Cards, image: &Image, bits: Bitpix) {
     cards.value("BITPIX", bits as i32, bits.meaning());
     cards.value("NAXIS", 2, "");
     cards.value("NAXIS1", image.width, "");
@@ -263,7 +263,7 @@ fn densities(image: &Image, band: usize) -> impl Iterator<Item = f64> + '_ {
 fn header_of_cube(image: &Image, name: &str, bands: &[usize]) -> Vec<u8> {
     let mut cards = Cards::default();
     cards.text("XTENSION", "IMAGE", "image extension");
-    cards.value("BITPIX", Bits::of(image) as i32, Bits::of(image).meaning());
+    cards.value("BITPIX", Bitpix::of(image) as i32, Bitpix::of(image).meaning());
     cards.value("NAXIS", 3, "");
     (1..).zip([image.width, image.height, bands.len()]).for_each(|(axis, count)| cards.value(&format!("NAXIS{axis}"), count, ""));
     cards.value("PCOUNT", 0, "");
@@ -331,7 +331,7 @@ pub fn write_grid(file: &GridFile, out: &mut dyn Write) -> Result<()> {
 fn header_of(image: &Image, index: usize) -> Vec<u8> {
     let band = &image.bands[index];
     let mut cards = Cards::default();
-    extension(&mut cards, image, Bits::of(image));
+    extension(&mut cards, image, Bitpix::of(image));
     cards.text("EXTNAME", &distinct_names(image)[index], "passband");
     if image.is_error(index) {
         // A difference of magnitudes has no zero point.

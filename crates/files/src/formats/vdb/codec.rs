@@ -11,7 +11,7 @@ use flate2::read::ZlibDecoder;
 use half::f16;
 
 use super::bytes::{Bytes, Mask};
-use crate::formats::{Kept, exactly};
+use crate::formats::{FileFloat, exactly};
 
 /// Flags of a grid's compression.
 const ZIP: u32 = 1;
@@ -44,7 +44,7 @@ pub mod inactive {
 }
 
 /// A block as the file has it.
-pub struct Block {
+pub struct StoredBlock {
     /// The values of inactive places: where the selection is not set, and where it is.
     inactive: [f64; 2],
     selection: Option<Mask>,
@@ -88,7 +88,7 @@ impl Coding {
     }
 
     /// Reads the block of a node with so many places, of which `active` are.
-    pub fn block(&self, bytes: &mut Bytes, active: &Mask, places: usize) -> Result<Block> {
+    pub fn block(&self, bytes: &mut Bytes, active: &Mask, places: usize) -> Result<StoredBlock> {
         let kind = bytes.u8()?;
         if kind > inactive::STORED {
             return Err(bytes.wrong(format!("a block has kind {kind} of 0 to {}: the file is corrupt", inactive::STORED)));
@@ -105,7 +105,7 @@ impl Coding {
         let only_active = self.compression & ACTIVE_MASK != 0 && kind != inactive::STORED;
         let count = if only_active { active.count() } else { places };
         let packed = self.packed(bytes, count)?;
-        Ok(Block { inactive: fill, selection, only_active, count, at: bytes.at(), packed })
+        Ok(StoredBlock { inactive: fill, selection, only_active, count, at: bytes.at(), packed })
     }
 
     fn packed(&self, bytes: &mut Bytes, count: usize) -> Result<Packed> {
@@ -131,7 +131,7 @@ impl Coding {
     }
 
     /// The values of all places of a node. The message says what is wrong with its bytes.
-    pub fn values<T: Kept>(&self, block: &Block, active: &Mask, values: &mut [T]) -> std::result::Result<(), String> {
+    pub fn values<T: FileFloat>(&self, block: &StoredBlock, active: &Mask, values: &mut [T]) -> std::result::Result<(), String> {
         let unpacked;
         let stored = match &block.packed {
             Packed::Plain(bytes_of_values) => bytes_of_values,
@@ -163,7 +163,7 @@ impl Coding {
 }
 
 /// Numbers of so many bytes each.
-fn unpack<T: Kept>(bytes: &[u8], size: usize, values: &mut [T]) {
+fn unpack<T: FileFloat>(bytes: &[u8], size: usize, values: &mut [T]) {
     match size {
         2 => values.iter_mut().zip(bytes.as_chunks::<2>().0).for_each(|(v, b)| *v = T::of(f64::from(f16::from_le_bytes(*b)))),
         4 => values.iter_mut().zip(bytes.as_chunks::<4>().0).for_each(|(v, b)| *v = T::of(f64::from(f32::from_le_bytes(*b)))),

@@ -11,7 +11,7 @@ mod tree;
 mod window;
 mod write;
 
-use barnard::data::{AXIS_ORDERS, Array, Axis, Choose, Frame, Layout};
+use barnard::data::{AXIS_ORDERS, Array, ArrayFrame, ArrayHeader, Axis, Choose};
 use barnard::error::{Error, Result};
 
 use self::bytes::Bytes;
@@ -54,7 +54,7 @@ fn array(request: &mut Request, choose: Choose) -> Result<Array> {
         return Err(bytes.wrong(format!("its background is {}; it must be zero", tree.background())));
     }
     let frame = frame(&transform, &window).map_err(|reason| bytes.wrong(reason))?;
-    let part = choose(&Layout { shape: window.dims.map(|n| n as usize), frame: Some(frame) })?;
+    let part = choose(&ArrayHeader { shape: window.dims.map(|n| n as usize), frame: Some(frame) })?;
     let data = if coding.is_double() {
         tree.values(&mut bytes, &window, Gather::<f64>::new(&part, true, path, limit)?)?
     } else {
@@ -139,7 +139,7 @@ fn check_class(metadata: &Metadata) -> std::result::Result<(), String> {
 }
 
 /// The axes of the voxels of a window, where each is an axis of the file's space.
-fn frame(transform: &Transform, window: &Window) -> std::result::Result<Frame, String> {
+fn frame(transform: &Transform, window: &Window) -> std::result::Result<ArrayFrame, String> {
     let main = transform.matrix.map(|step| (0..3).max_by(|a, b| step[*a].abs().total_cmp(&step[*b].abs())).unwrap_or(0));
     let straight =
         (0..3).all(|i| (0..3).all(|j| j == main[i] || transform.matrix[i][j].abs() <= NONE * transform.matrix[i][main[i]].abs()));
@@ -147,7 +147,7 @@ fn frame(transform: &Transform, window: &Window) -> std::result::Result<Frame, S
     let (true, Some(order)) = (straight, order) else {
         return Err(format!("{}; resample it to voxels along x, y and z first", transform.turning()));
     };
-    let mut frame = Frame { order, is_sparse: true, ..Frame::default() };
+    let mut frame = ArrayFrame { order, is_sparse: true, ..ArrayFrame::default() };
     for (i, axis) in frame.axes.iter_mut().enumerate() {
         let step = transform.matrix[i][main[i]];
         let first = transform.origin[main[i]] + window.low[i] as f64 * step;

@@ -11,9 +11,9 @@ use barnard::memory;
 use rayon::prelude::*;
 
 use super::bytes::{Bytes, Mask};
-use super::codec::{Block, Coding};
+use super::codec::{Coding, StoredBlock};
 use super::window::Window;
-use crate::formats::Kept;
+use crate::formats::FileFloat;
 use crate::formats::gather::Gather;
 
 /// Voxels along an edge of a leaf.
@@ -171,7 +171,7 @@ impl Tree {
     }
 
     /// Gathers values, x running fastest; the file stands where the values of the leaves begin.
-    pub fn values<T: Kept + Send + Sync>(&self, bytes: &mut Bytes, window: &Window, mut gather: Gather<T>) -> Result<Numbers> {
+    pub fn values<T: FileFloat + Send + Sync>(&self, bytes: &mut Bytes, window: &Window, mut gather: Gather<T>) -> Result<Numbers> {
         for tile in &self.tiles {
             window.tile(&mut gather, tile.low, tile.edge, T::of(tile.value));
         }
@@ -198,7 +198,7 @@ impl Tree {
     }
 
     /// The block of a leaf; its mask stands before it once more.
-    fn leaf_block(&self, bytes: &mut Bytes, leaf: &Leaf) -> Result<Block> {
+    fn leaf_block(&self, bytes: &mut Bytes, leaf: &Leaf) -> Result<StoredBlock> {
         let again = bytes.mask(VOXELS)?;
         if again != leaf.active {
             return Err(bytes.wrong(format!("the leaf at {:?} has two different masks: the file is corrupt", leaf.low)));

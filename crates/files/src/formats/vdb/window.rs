@@ -1,6 +1,6 @@
 //! A box of voxels, and what falls into it.
 
-use crate::formats::Kept;
+use crate::formats::FileFloat;
 use crate::formats::gather::Gather;
 
 /// Voxels from one corner to before another.
@@ -30,7 +30,7 @@ impl Window {
     }
 
     /// Gathers a cube of voxels that all have one value.
-    pub fn tile<T: Kept>(&self, gather: &mut Gather<T>, cube: [i32; 3], edge: i32, value: T) {
+    pub fn tile<T: FileFloat>(&self, gather: &mut Gather<T>, cube: [i32; 3], edge: i32, value: T) {
         let along = |axis: usize| {
             let low = i64::from(cube[axis]) - self.low[axis];
             low..low + i64::from(edge)
@@ -44,7 +44,7 @@ impl Window {
     }
 
     /// Gathers a cube of voxels whose values run along z fastest.
-    pub fn voxels<T: Kept>(&self, gather: &mut Gather<T>, cube: [i32; 3], edge: i32, values: &[T]) {
+    pub fn voxels<T: FileFloat>(&self, gather: &mut Gather<T>, cube: [i32; 3], edge: i32, values: &[T]) {
         let [x, y, z] = std::array::from_fn(|axis| self.along(gather, axis, cube[axis], edge));
         let [cx, cy, cz] = std::array::from_fn(|axis| i64::from(cube[axis]) - self.low[axis]);
         let within = |at: usize, cube: i64| (at as i64 - cube) as usize;

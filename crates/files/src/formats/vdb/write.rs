@@ -23,7 +23,7 @@ const EDGES: [usize; 3] = [8, 128, 4096];
 const BYTES_OF_LEAF: u64 = 300;
 
 /// The active voxels of a leaf, and where it begins.
-struct Leaf {
+struct WrittenLeaf {
     low: [usize; 3],
     active: Vec<u8>,
 }
@@ -39,7 +39,7 @@ pub fn write(file: &GridFile, out: &mut dyn Write) -> Result<()> {
     let head = head(file);
     // The grid stands behind the head, its last three numbers, and those say where its parts are.
     let start = head.len() as u64 + 24;
-    let count = |leaf: &Leaf| leaf.active.iter().map(|byte| byte.count_ones() as usize).sum::<usize>();
+    let count = |leaf: &WrittenLeaf| leaf.active.iter().map(|byte| byte.count_ones() as usize).sum::<usize>();
     let values: u64 = leaves.iter().map(|leaf| (leaf.active.len() + 1 + 4 * count(leaf)) as u64).sum();
     let body = [about(file), topology].concat();
     let blocks = start + body.len() as u64;
@@ -103,7 +103,7 @@ fn values_of(grid: &Grid, low: [usize; 3]) -> [f32; 512] {
 
 /// The leaves that have something, in the order of the tree: node by node, z fastest in each; they may take `limit` bytes
 /// with what is written of them.
-fn leaves(grid: &Grid, limit: u64) -> Result<Vec<Leaf>> {
+fn leaves(grid: &Grid, limit: u64) -> Result<Vec<WrittenLeaf>> {
     let dims = grid.lattice().dims;
     let corners = |low: [usize; 3], edge: usize, within: usize| {
         let along = move |axis: usize| (low[axis]..(low[axis] + within).min(dims[axis])).step_by(edge);
@@ -121,7 +121,7 @@ fn leaves(grid: &Grid, limit: u64) -> Result<Vec<Leaf>> {
             let mut active = vec![0u8; 64];
             let values = values_of(grid, low);
             values.iter().enumerate().filter(|(_, value)| **value > 0.0).for_each(|(i, _)| active[i / 8] |= 1 << (i % 8));
-            Leaf { low, active }
+            WrittenLeaf { low, active }
         };
         in_node(low).map(leaf).collect::<Vec<_>>()
     };
@@ -129,13 +129,13 @@ fn leaves(grid: &Grid, limit: u64) -> Result<Vec<Leaf>> {
 }
 
 /// The tree without the values of its leaves.
-fn topology(leaves: &[Leaf]) -> Vec<u8> {
-    let roots: Vec<&[Leaf]> = leaves.chunk_by(|a, b| node_of(a, 2) == node_of(b, 2)).collect();
+fn topology(leaves: &[WrittenLeaf]) -> Vec<u8> {
+    let roots: Vec<&[WrittenLeaf]> = leaves.chunk_by(|a, b| node_of(a, 2) == node_of(b, 2)).collect();
     let (buffers, background, tiles) = (1u32.to_le_bytes(), 0f32.to_le_bytes(), 0u32.to_le_bytes());
     let mut bytes = [buffers, background, tiles, (roots.len() as u32).to_le_bytes()].concat();
     for root in roots {
         bytes.extend(node_of(&root[0], 2).iter().flat_map(|i| (*i as i32).to_le_bytes()));
-        let nodes: Vec<&[Leaf]> = root.chunk_by(|a, b| node_of(a, 1) == node_of(b, 1)).collect();
+        let nodes: Vec<&[WrittenLeaf]> = root.chunk_by(|a, b| node_of(a, 1) == node_of(b, 1)).collect();
         bytes.extend(masks(nodes.iter().map(|node| node_of(&node[0], 1)), EDGES[2], EDGES[1]));
         for node in nodes {
             bytes.extend(masks(node.iter().map(|leaf| leaf.low), EDGES[1], EDGES[0]));
@@ -146,7 +146,7 @@ fn topology(leaves: &[Leaf]) -> Vec<u8> {
 }
 
 /// Origin of the node that contains a leaf.
-fn node_of(leaf: &Leaf, level: usize) -> [usize; 3] {
+fn node_of(leaf: &WrittenLeaf, level: usize) -> [usize; 3] {
     leaf.low.map(|i| i / EDGES[level] * EDGES[level])
 }
 

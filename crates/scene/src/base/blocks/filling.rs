@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::{Block, Blocks, EDGE, SIZE, Storage};
+use super::{BlockValues, Blocks, EDGE, SIZE, Storage};
 use crate::error::Error;
 use crate::memory;
 use crate::stored::too_small;
@@ -48,7 +48,7 @@ impl Filling {
     pub fn new(blocking: Blocking, shape: [usize; 3], label: &Path, limit: u64) -> Result<Self, Error> {
         let dims = blocking.axes.map(|axis| shape[axis]);
         // Each with how many of its voxels have not come.
-        let each = size_of::<Option<Block>>() + size_of::<u16>();
+        let each = size_of::<Option<BlockValues>>() + size_of::<u16>();
         let list = dims.iter().fold(each as u64, |bytes, n| bytes.saturating_mul(n.div_ceil(EDGE) as u64));
         memory::check(&format!("the blocks of {}", label.display()), list, limit)?;
         let blocks = Blocks::empty(dims, blocking.storage);
@@ -84,10 +84,10 @@ impl Filling {
     #[inline(always)]
     fn put(&mut self, address: usize, value: f32) {
         let (block, local) = (address / SIZE, address % SIZE);
-        if value != 0.0 && !matches!(self.blocks.blocks[block], Some(Block::Single(_))) {
+        if value != 0.0 && !matches!(self.blocks.blocks[block], Some(BlockValues::Single(_))) {
             self.open(block);
         }
-        if let Some(Block::Single(values)) = &mut self.blocks.blocks[block] {
+        if let Some(BlockValues::Single(values)) = &mut self.blocks.blocks[block] {
             values[local] = value;
         }
         self.left[block] = self.left[block].saturating_sub(1);
@@ -98,13 +98,13 @@ impl Filling {
 
     /// Makes a block one that can be written, where memory allows.
     fn open(&mut self, block: usize) {
-        let before = self.blocks.blocks[block].as_ref().map_or(0, Block::bytes);
+        let before = self.blocks.blocks[block].as_ref().map_or(0, BlockValues::bytes);
         let bytes = self.bytes - before + 4 * SIZE as u64;
         match memory::check(&format!("the array of {}", self.label.display()), bytes, self.limit) {
             Ok(()) => {
                 let mut values = vec![0.0; SIZE].into_boxed_slice();
                 self.blocks.blocks[block].iter().for_each(|part| part.copy(0..SIZE, &mut values));
-                self.blocks.blocks[block] = Some(Block::Single(values));
+                self.blocks.blocks[block] = Some(BlockValues::Single(values));
                 self.bytes = bytes;
             }
             Err(wrong) => self.wrong = self.wrong.take().or(Some(wrong)),
@@ -177,7 +177,7 @@ mod tests {
             assert_eq!(blocks.dims, [37, 20, 33]);
             let filled = blocks.blocks.iter().flatten().count();
             assert!((2..9).contains(&filled) && blocks.blocks.len() == 18, "{filled}");
-            assert_eq!(blocks.bytes(), (bytes * SIZE * filled + size_of::<Option<Block>>() * 18) as u64);
+            assert_eq!(blocks.bytes(), (bytes * SIZE * filled + size_of::<Option<BlockValues>>() * 18) as u64);
             for (voxel, value) in voxels().zip(blocks.values()) {
                 let address: usize = (0..3).map(|axis| blocks.address(axis, voxel[axis])).sum();
                 assert_eq!(blocks.value(address), value);

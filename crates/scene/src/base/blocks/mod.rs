@@ -54,13 +54,13 @@ impl Storage {
 
 /// The values of a block, x fastest; those beyond the edge of the grid are zero.
 #[derive(Debug, Clone, PartialEq)]
-enum Block {
+enum BlockValues {
     Single(Box<[f32]>),
     Half { unit: f32, values: Box<[Half]> },
     Byte { least: f32, step: f32, values: Box<[u8]> },
 }
 
-impl Block {
+impl BlockValues {
     #[inline(always)]
     fn value(&self, local: usize) -> f32 {
         match self {
@@ -119,7 +119,7 @@ pub struct Blocks {
     /// Blocks along x, y and z.
     counts: [usize; 3],
     /// The blocks, x fastest; none where all values are zero.
-    blocks: Vec<Option<Block>>,
+    blocks: Vec<Option<BlockValues>>,
     storage: Storage,
 }
 
@@ -143,8 +143,8 @@ impl Blocks {
                     row(room, [j, k], values);
                     let first = ((k - z) * EDGE + j - y) * EDGE;
                     for (block, part) in blocks.iter_mut().zip(values.chunks(EDGE)).filter(|(_, part)| part.iter().any(|v| *v != 0.0)) {
-                        let block = block.get_or_insert_with(|| Block::Single(vec![0.0; SIZE].into_boxed_slice()));
-                        if let Block::Single(values) = block {
+                        let block = block.get_or_insert_with(|| BlockValues::Single(vec![0.0; SIZE].into_boxed_slice()));
+                        if let BlockValues::Single(values) = block {
                             values[first..first + part.len()].copy_from_slice(part);
                         }
                     }
@@ -166,7 +166,7 @@ impl Blocks {
 
     /// The bytes that the values take.
     pub fn bytes(&self) -> u64 {
-        self.blocks.iter().flatten().map(Block::bytes).sum::<u64>() + (size_of::<Option<Block>>() * self.blocks.len()) as u64
+        self.blocks.iter().flatten().map(BlockValues::bytes).sum::<u64>() + (size_of::<Option<BlockValues>>() * self.blocks.len()) as u64
     }
 
     /// Address offset of a voxel's index along an axis: the number of its block, and its place in there.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use spectra::passband::Passband;
 
 use super::cosmic_rays::{charge, tracks};
-use super::layout::{Layout, Pixels};
+use super::layout::{DetectorLayout, Pixels};
 use super::points::Points;
 use super::{Instrument, Kernels};
 use crate::camera::Camera;
@@ -66,8 +66,12 @@ impl Exposures {
         let names = bands.iter().map(|band| band.name().to_owned()).collect();
         let bare = Image::bare(camera.width, camera.height, names, Samples::Single(Vec::new()));
         let views = if camera.stereo.is_some() { (2, 1) } else { (1, 1) };
-        Layout::new(instrument, &Image { pixel: Some(camera.pixel_scale()), axis: camera.axis(), observation, views, ..bare }, bands)
-            .map(|_| ())
+        DetectorLayout::new(
+            instrument,
+            &Image { pixel: Some(camera.pixel_scale()), axis: camera.axis(), observation, views, ..bare },
+            bands,
+        )
+        .map(|_| ())
     }
 
     /// Instrument response to a picture through passbands, in the order of its bands.
@@ -84,7 +88,7 @@ impl Exposures {
     /// # Errors
     /// Errors of [`new`](Self::new).
     pub fn by(kernels: &mut Kernels, instrument: Arc<Instrument>, image: &Image, bands: &[Passband], control: &Control) -> Result<Self> {
-        let Layout { below, pixels, squares, mosaic } = Layout::new(&instrument, image, bands)?;
+        let DetectorLayout { below, pixels, squares, mosaic } = DetectorLayout::new(&instrument, image, bands)?;
         let radiances: Vec<usize> = image.radiances().collect();
         let mut light = Vec::with_capacity(bands.len());
         let points = Points::of(image, &below, squares.edge);

@@ -2,7 +2,7 @@ use super::*;
 use crate::camera::Camera;
 use crate::image::convolution::Kernel;
 use crate::instrument::PointSpread;
-use crate::instrument::psf::View;
+use crate::instrument::psf::OpticsView;
 use crate::observation::Observation;
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ fn picture(camera: &Camera, value: f64) -> Image {
 /// Pixels of a picture see the solid angles that those of its camera do, in a part of a wide view too.
 #[test]
 fn solid_angles_are_those_of_the_camera() {
-    let wide = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(110.0).size(60, 40);
+    let wide = Camera::look_at(DVec3::Z, DVec3::ZERO).with_field_of_view_deg(110.0).with_size(60, 40);
     for camera in [wide.clone(), wide.crop(31, 3, 20, 17).unwrap()] {
         let pixels = Pixels::of(&picture(&camera, 1.0)).unwrap();
         for (column, row) in [(0, 0), (camera.width - 1, 2), (7, camera.height - 1)] {
@@ -30,7 +30,7 @@ fn solid_angles_are_those_of_the_camera() {
 #[test]
 fn even_light_is_even() {
     let bands = [Passband::by_name("johnson-V").unwrap()];
-    let flat = Camera::look_at(DVec3::Z, DVec3::ZERO).orthographic_pc(1.0).size(24, 24);
+    let flat = Camera::look_at(DVec3::Z, DVec3::ZERO).with_orthographic_pc(1.0).with_size(24, 24);
     let image = Image { observation: Some(Observation { distance_pc: Some(1000.0), ..Observation::default() }), ..picture(&flat, 3e-7) };
     let pixel = 1e-3 / 24.0;
     for edge in [None, Some(3.0 * pixel)] {
@@ -50,7 +50,7 @@ fn even_light_is_even() {
 #[test]
 fn stars_are_as_sharp_as_optics_make_them() {
     let bands = [Passband::by_name("johnson-V").unwrap()];
-    let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(0.01).size(48, 48);
+    let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).with_field_of_view_deg(0.01).with_size(48, 48);
     let (dark, flux) = (picture(&camera, 0.0), 1e-12);
     let below = Pixels::of(&dark).unwrap();
     for (column, row) in [(24.5, 24.5), (24.0, 25.0), (22.3, 26.71)] {
@@ -92,7 +92,7 @@ fn stars_are_as_sharp_as_optics_make_them() {
 fn kernels_are_kept() {
     let bands = [Passband::by_name("johnson-B").unwrap(), Passband::by_name("johnson-V").unwrap()];
     let image = |size: usize, field: f64| {
-        let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(field).size(size, size);
+        let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).with_field_of_view_deg(field).with_size(size, size);
         let names = bands.iter().map(|band| band.name().to_owned()).collect();
         let values = (0..2 * size * size).map(|i| 1e-7 * (1 + i * 7919 % 101) as f64).collect();
         let image_of = Image::bare(size, size, names, Samples::Double(values));
@@ -134,7 +134,7 @@ fn kernels_are_made_once() {
     #[derive(Debug, Default)]
     struct Counted(AtomicUsize);
     impl PointSpread for Counted {
-        fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+        fn kernel(&self, view: &OpticsView) -> Result<Option<Kernel>> {
             self.0.fetch_add(1, Ordering::Relaxed);
             Ok(Some(Kernel::round(view.reach, |square| (-square).exp())))
         }
@@ -142,7 +142,7 @@ fn kernels_are_made_once() {
             "counted".into()
         }
     }
-    let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(1.0).size(9, 9);
+    let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).with_field_of_view_deg(1.0).with_size(9, 9);
     let bands = [Passband::by_name("johnson-V").unwrap()];
     for (mut kernels, wanted) in [(Kernels::within(1 << 20), 1), (Kernels::within(100), 3), (Kernels::default(), 3)] {
         let counted = Arc::new(Counted::default());
@@ -160,7 +160,7 @@ fn other_point_spreads_are_taken() {
     #[derive(Debug)]
     struct Left;
     impl PointSpread for Left {
-        fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+        fn kernel(&self, view: &OpticsView) -> Result<Option<Kernel>> {
             let mut values = vec![0.0; (2 * view.reach + 1).pow(2)];
             (values[view.reach * (2 * view.reach + 1)], values[view.reach * (2 * view.reach + 2)]) = (0.6, 0.4);
             Ok(Some(Kernel { reach: view.reach, values }))
@@ -169,7 +169,7 @@ fn other_point_spreads_are_taken() {
             "left".into()
         }
     }
-    let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).field_of_view_deg(1.0).size(9, 9);
+    let camera = Camera::look_at(DVec3::Z, DVec3::ZERO).with_field_of_view_deg(1.0).with_size(9, 9);
     let mut image = picture(&camera, 0.0);
     image.samples.add(4 * 9 + 6, 1e-6);
     let instrument = Arc::new(Instrument { psf: vec![Arc::new(Left)], ..Instrument::of_aperture(1.0) });

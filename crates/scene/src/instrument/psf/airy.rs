@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use spectra::units::Angle;
 
-use super::{PointSpread, View};
+use super::{OpticsView, PointSpread};
 use crate::error::Result;
 use crate::image::convolution::Kernel;
 use crate::image::optics::{self, OpticsRow, Pattern, Pupil};
@@ -53,7 +53,7 @@ impl Default for Airy {
 }
 
 impl PointSpread for Airy {
-    fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+    fn kernel(&self, view: &OpticsView) -> Result<Option<Kernel>> {
         let pattern = match self.optics {
             Some(row) => (row.pattern)(),
             None => Pattern::Pupil(Pupil::round(view.instrument.obstruction as f32, self.vanes, self.vane_width as f32, 0.0)),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use spectra::units::{Angle, Wavelength};
 
-use super::{PointSpread, View, round};
+use super::{OpticsView, PointSpread, round};
 use crate::error::Result;
 use crate::image::convolution::Kernel;
 use crate::properties::{Key, Kind, Number, OrDefault, Required};
@@ -47,7 +47,7 @@ impl Default for Gaussian {
 }
 
 impl PointSpread for Gaussian {
-    fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+    fn kernel(&self, view: &OpticsView) -> Result<Option<Kernel>> {
         let wavelength = view.band.pivot_um.unwrap_or(self.wavelength_um);
         let fwhm = self.fwhm_rad * (wavelength / self.wavelength_um).powf(self.exponent);
         Ok(round(view, fwhm, |square| (-4.0 * square).exp2()))

@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 use spectra::units::Angle;
 
 use super::super::rebinning::Squares;
-use super::{PointSpread, View};
+use super::{OpticsView, PointSpread};
 use crate::data::InputNote;
 use crate::error::{Error, Result};
 use crate::image::convolution::Kernel;
@@ -31,13 +31,13 @@ pub(super) const KIND: Kind<Arc<dyn PointSpread>> = Kind {
             is_inferred: false,
         });
         let scale = section.read(&PIXEL_SCALE)?.0;
-        Ok(Arc::new(section.wrap(&FILE, Measured::new(file, size, values, scale))?))
+        Ok(Arc::new(section.wrap(&FILE, MeasuredPsf::new(file, size, values, scale))?))
     },
 };
 
 /// An image of a point.
 #[derive(Clone, PartialEq)]
-pub struct Measured {
+pub struct MeasuredPsf {
     name: String,
     size: [usize; 2],
     values: Vec<f64>,
@@ -49,7 +49,7 @@ pub struct Measured {
 /// Most pixels along an edge.
 const MAX_EDGE: usize = 4097;
 
-impl Measured {
+impl MeasuredPsf {
     /// An image of so many columns and rows, in rows, and the angle of its pixels \[rad\].
     ///
     /// # Errors
@@ -81,14 +81,14 @@ impl Measured {
     }
 }
 
-impl std::fmt::Debug for Measured {
+impl std::fmt::Debug for MeasuredPsf {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Measured({}, {:?}, {:e} rad)", self.name, self.size, self.pixel_rad)
     }
 }
 
-impl PointSpread for Measured {
-    fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+impl PointSpread for MeasuredPsf {
+    fn kernel(&self, view: &OpticsView) -> Result<Option<Kernel>> {
         let edge = view.pixel_rad / self.pixel_rad;
         let count = 2 * view.reach + 1;
         let first = self.size.map(|pixels| 0.5 * (pixels as f64 - count as f64 * edge));
@@ -118,27 +118,27 @@ mod tests {
     #[test]
     fn images_of_points_are_rebinned() {
         let values: Vec<f64> = (0..25).map(f64::from).collect();
-        let psf = Measured::new("p", [5, 5], values.clone(), 1e-6).unwrap();
+        let psf = MeasuredPsf::new("p", [5, 5], values.clone(), 1e-6).unwrap();
         let instrument = Instrument::of_aperture(1.0);
         let band = super::super::tests::band(0.5);
-        let view = View { instrument: &instrument, band: &band, pixel_rad: 1e-6, reach: 3 };
+        let view = OpticsView { instrument: &instrument, band: &band, pixel_rad: 1e-6, reach: 3 };
         let kernel = psf.kernel(&view).unwrap().unwrap().values;
         assert!((0..49).all(|i| {
             let (x, y) = (i % 7, i / 7);
             let inside = (1..6).contains(&x) && (1..6).contains(&y);
             (kernel[i] - if inside { values[(y - 1) * 5 + x - 1] / 300.0 } else { 0.0 }).abs() < 1e-12
         }));
-        let coarse = psf.kernel(&View { pixel_rad: 5e-6, reach: 1, ..view }).unwrap().unwrap().values;
+        let coarse = psf.kernel(&OpticsView { pixel_rad: 5e-6, reach: 1, ..view }).unwrap().unwrap().values;
         assert!((coarse[4] - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn what_is_no_kernel_is_refused() {
-        let refused = |values: Vec<f64>| Measured::new("p", [2, 2], values, 1e-6).map(|_| ()).unwrap_err().to_string();
+        let refused = |values: Vec<f64>| MeasuredPsf::new("p", [2, 2], values, 1e-6).map(|_| ()).unwrap_err().to_string();
         assert!(refused(vec![0.0; 4]).contains("above zero"));
         assert!(refused(vec![1.0, f64::NAN, 1.0, 1.0]).contains("column 2, row 1"));
         assert!(refused(vec![4.0, -1.0, 1.0, 1.0]).contains("background"));
         assert!(refused(vec![1.0; 3]).contains("2 x 2"));
-        assert!(Measured::new("p", [1, 1], vec![1.0], f64::NAN).is_err());
+        assert!(MeasuredPsf::new("p", [1, 1], vec![1.0], f64::NAN).is_err());
     }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 pub use airy::Airy;
 pub use gaussian::Gaussian;
-pub use measured::Measured;
+pub use measured::MeasuredPsf;
 pub use moffat::Moffat;
 
 use super::Instrument;
@@ -20,7 +20,7 @@ use crate::properties::Kind;
 
 /// Optics in front of a point.
 #[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
+pub struct OpticsView<'a> {
     /// The instrument.
     pub instrument: &'a Instrument,
     /// The passband.
@@ -37,7 +37,7 @@ pub trait PointSpread: std::fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// If it spreads no light at all.
-    fn kernel(&self, view: &View) -> Result<Option<Kernel>>;
+    fn kernel(&self, view: &OpticsView) -> Result<Option<Kernel>>;
 
     /// Description: equal texts mean equal values.
     fn description(&self) -> String;
@@ -56,7 +56,7 @@ pub const KINDS: &[Kind<Arc<dyn PointSpread>>] = &[airy::KIND, moffat::KIND, gau
 const UNRESOLVED: f64 = 0.2;
 
 /// A round profile of a full width at half maximum \[rad\], by the square of the distance in such widths.
-fn round(view: &View, fwhm: f64, profile: impl Fn(f64) -> f64 + Sync) -> Option<Kernel> {
+fn round(view: &OpticsView, fwhm: f64, profile: impl Fn(f64) -> f64 + Sync) -> Option<Kernel> {
     let width = fwhm / view.pixel_rad;
     (width > UNRESOLVED).then(|| Kernel::round(view.reach, |square| profile(square / width.powi(2))))
 }
@@ -80,17 +80,17 @@ mod tests {
             Arc::new(Airy { vanes: 4, ..Airy::default() }),
             Arc::new(Moffat { fwhm_rad: arcsec, ..Moffat::default() }),
             Arc::new(Gaussian { fwhm_rad: 0.6 * arcsec, ..Gaussian::default() }),
-            Arc::new(Measured::new("K", [3, 3], vec![0.0, 1.0, 0.0, 1.0, 4.0, 1.0, 0.0, 1.0, 0.0], 0.5 * arcsec).unwrap()),
+            Arc::new(MeasuredPsf::new("K", [3, 3], vec![0.0, 1.0, 0.0, 1.0, 4.0, 1.0, 0.0, 1.0, 0.0], 0.5 * arcsec).unwrap()),
         ];
         for psf in &all {
             for pixel in [0.05, 0.3, 1.0] {
-                let view = View { instrument: &instrument, band: &band(0.55), pixel_rad: pixel * arcsec, reach: 50 };
+                let view = OpticsView { instrument: &instrument, band: &band(0.55), pixel_rad: pixel * arcsec, reach: 50 };
                 let kernel = psf.kernel(&view).unwrap().unwrap();
                 assert!((kernel.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{psf:?} {pixel}");
                 assert!(kernel.values.iter().all(|v| *v >= 0.0), "{psf:?} {pixel}");
             }
             // A pixel of a degree holds all of it: nothing is said, or nothing leaves it.
-            let view = View { instrument: &instrument, band: &band(0.55), pixel_rad: 3600.0 * arcsec, reach: 5 };
+            let view = OpticsView { instrument: &instrument, band: &band(0.55), pixel_rad: 3600.0 * arcsec, reach: 5 };
             assert!(psf.kernel(&view).unwrap().is_none_or(|kernel| kernel.values[60] > 0.99), "{psf:?}");
         }
     }
@@ -100,7 +100,7 @@ mod tests {
     fn widths_are_widths() {
         let instrument = Instrument::of_aperture(1.0);
         let fwhm = |psf: &dyn PointSpread, pivot: f64| {
-            let view = View { instrument: &instrument, band: &band(pivot), pixel_rad: 1e-8, reach: 600 };
+            let view = OpticsView { instrument: &instrument, band: &band(pivot), pixel_rad: 1e-8, reach: 600 };
             let kernel = psf.kernel(&view).unwrap().unwrap();
             let row = &kernel.values[600 * 1201 + 600..][..600];
             let half = row.iter().position(|v| *v < 0.5 * row[0]).unwrap();

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use spectra::units::{Angle, Wavelength};
 
-use super::{PointSpread, View, round};
+use super::{OpticsView, PointSpread, round};
 use crate::error::Result;
 use crate::image::convolution::Kernel;
 use crate::properties::{Key, Kind, Number, OrDefault, Required};
@@ -54,7 +54,7 @@ impl Default for Moffat {
 }
 
 impl PointSpread for Moffat {
-    fn kernel(&self, view: &View) -> Result<Option<Kernel>> {
+    fn kernel(&self, view: &OpticsView) -> Result<Option<Kernel>> {
         let wavelength = view.band.pivot_um.unwrap_or(self.wavelength_um);
         let fwhm = self.fwhm_rad * (wavelength / self.wavelength_um).powf(self.exponent);
         // In widths, r²/a² is 4 (2^(1/β) − 1) r².

@@ -34,7 +34,7 @@ impl Cell {
 }
 
 /// A line's way through the cells of a grid.
-pub(super) struct Cells<'a> {
+pub(super) struct CellWalk<'a> {
     store: &'a Store,
     /// The line in index space: where it starts, and how far it comes in a parsec.
     origin: DVec3,
@@ -50,7 +50,7 @@ pub(super) struct Cells<'a> {
     sides: [[usize; 2]; 3],
 }
 
-impl<'a> Cells<'a> {
+impl<'a> CellWalk<'a> {
     /// The cells of a grid's values along `ray`, from distance `near` on \[pc\].
     pub(super) fn new(lattice: &Lattice, store: &'a Store, ray: &Ray, near: f64) -> Self {
         let dims = lattice.dims;

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::cells::Cells;
+use super::cells::CellWalk;
 use super::{Field, Grid};
 use crate::geometry::Ray;
 
@@ -52,7 +52,7 @@ impl Grid {
         if far <= near {
             return 0.0;
         }
-        let mut cells = Cells::new(&self.lattice, &self.store, &ray, near);
+        let mut cells = CellWalk::new(&self.lattice, &self.store, &ray, near);
         let enough = if self.factor > 0.0 { enough / self.factor } else { f64::INFINITY };
         let (mut t, mut sum) = (near, 0.0);
         // A ray crosses each plane once: whatever rounding does, the march ends.

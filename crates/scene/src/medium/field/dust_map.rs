@@ -5,7 +5,7 @@
 
 use spectra::constants::MAGNITUDES_PER_DEPTH;
 
-use crate::data::{Axis, Layout};
+use crate::data::{ArrayHeader, Axis};
 use crate::error::Result;
 use crate::properties::{Choices, Section};
 
@@ -82,7 +82,7 @@ impl Choices for &'static DustMap {
 
 impl DustMap {
     /// Metadata missing from its file.
-    pub fn laid_out(&self, layout: &Layout) -> Layout {
+    pub fn laid_out(&self, layout: &ArrayHeader) -> ArrayHeader {
         let mut layout = layout.clone();
         if let Some((low, step)) = self.corner {
             let frame = layout.frame.get_or_insert_default();

@@ -129,7 +129,7 @@ impl Fbm {
 
     /// The values at `N` places at most.
     fn block<const N: usize>(&self, places: &[DVec3], values: &mut [f64]) {
-        let (mut from_middle, mut r): (Block<N>, _) = ([[0.0; N]; 3], [0.0; N]);
+        let (mut from_middle, mut r): (PlaceBlock<N>, _) = ([[0.0; N]; 3], [0.0; N]);
         for (i, p) in places.iter().enumerate() {
             let q = *p - self.centre;
             (0..3).for_each(|axis| from_middle[axis][i] = q[axis]);
@@ -165,15 +165,15 @@ impl Fbm {
 const BLOCK: usize = 64;
 
 /// The coordinates of some places, axis × place.
-type Block<const N: usize> = [[f64; N]; 3];
+type PlaceBlock<const N: usize> = [[f64; N]; 3];
 
-fn scaled<const N: usize>(places: &Block<N>, scale: impl Fn(f64) -> f64) -> Block<N> {
+fn scaled<const N: usize>(places: &PlaceBlock<N>, scale: impl Fn(f64) -> f64) -> PlaceBlock<N> {
     places.map(|axis| axis.map(&scale))
 }
 
 simd! {
     /// The noise at some places.
-    fn noises<const N: usize>(noise: &Simplex, [x, y, z]: &Block<N>) -> [f64; N] {
+    fn noises<const N: usize>(noise: &Simplex, [x, y, z]: &PlaceBlock<N>) -> [f64; N] {
         let mut out = [0.0; N];
         for (i, out) in out.iter_mut().enumerate() {
             *out = noise.noise([x[i], y[i], z[i]]);

@@ -276,7 +276,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::data::{Array, Choose, DataSource, Layout, Shared, TextTable};
+    use crate::data::{Array, ArrayHeader, Choose, DataSource, Shared, TextTable};
     use crate::properties::{Table, Value};
 
     /// One array in memory, and nothing else.
@@ -297,7 +297,7 @@ mod tests {
             Err(Error::file(name, "is not there"))
         }
         fn array(&self, _: &str, _: Option<&str>, choose: Choose, _: u64) -> Result<Array> {
-            let part = choose(&Layout { shape: [2, 3, 4], frame: None })?;
+            let part = choose(&ArrayHeader { shape: [2, 3, 4], frame: None })?;
             assert!(part.is_whole([2, 3, 4]), "{part:?}");
             Ok(Array { shape: [2, 3, 4], data: Numbers::Single(self.numbers.clone()), fortran: self.fortran })
         }

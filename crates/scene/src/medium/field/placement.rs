@@ -6,7 +6,7 @@ use spectra::units::{Length, MemorySize, Quantity};
 use super::Lattice;
 use super::dust_map::DustMap;
 use crate::blocks::{Blocking, Storage};
-use crate::data::{AXIS_ORDERS, Array, Axis, Frame, Layout, Part};
+use crate::data::{AXIS_ORDERS, Array, ArrayFrame, ArrayHeader, ArrayPart, Axis};
 use crate::error::Result;
 use crate::geometry::Bounds;
 use crate::properties::{Choice, Choices, Flag, Integer, Key, KeyRow, OrDefault, Path, Position, Required, Section};
@@ -71,14 +71,14 @@ pub struct Placement {
     /// True if x, y and z run against its indices.
     backwards: [bool; 3],
     /// Part of the array that is read.
-    pub part: Part,
+    pub part: ArrayPart,
     /// The voxels of the scene.
     pub lattice: Lattice,
 }
 
 impl Placement {
     /// The place of an array that its file lays out so, by the keys of a section.
-    pub fn of(section: &Section, layout: &Layout) -> Result<Self> {
+    pub fn of(section: &Section, layout: &ArrayHeader) -> Result<Self> {
         let usual = layout.frame.as_ref().map_or("xyz", |frame| frame.order);
         let stated = section.read(&AXES)?.map(|AxisOrder(order)| order);
         let file = section.stated(&FILE)?.unwrap_or("the file");
@@ -94,7 +94,7 @@ impl Placement {
         let (whole, wanted) = boxes(section, dims, file_box)?;
         let every = section.stated(&EVERY)?;
         let placed = |every: usize| {
-            let part = Part { every, ..layout.whole() };
+            let part = ArrayPart { every, ..layout.whole() };
             let mut placement = Self { axes, backwards, part, lattice: Lattice { dims, bounds: whole } };
             (0..3).for_each(|axis| placement.cut(axis, &whole, wanted.as_ref(), dims[axis]));
             placement
@@ -182,7 +182,7 @@ struct OwnBox {
 }
 
 impl OwnBox {
-    fn of(section: &Section, frame: Option<&Frame>, axes: [usize; 3], dims: [usize; 3]) -> Result<Self> {
+    fn of(section: &Section, frame: Option<&ArrayFrame>, axes: [usize; 3], dims: [usize; 3]) -> Result<Self> {
         let scale = section.read(&SCALE)?;
         let is_sparse = frame.is_some_and(|frame| frame.is_sparse);
         let silent = |reason: String| Self { bounds: Err(reason), backwards: [false; 3], is_cubic: true, is_sparse, is_movable: true };

@@ -28,7 +28,7 @@ pub(super) const KIND: Kind<Arc<dyn Field>> = Kind {
         let core = section.read(&CORE)?.0;
         let plummer = section.wrap(&CORE, Plummer::new(section.read(&CENTRE)?, core))?;
         Ok(Arc::new(match section.read(&CUT)? {
-            Some(cut) => section.wrap(&CUT, plummer.cut(cut.0))?,
+            Some(cut) => section.wrap(&CUT, plummer.with_cut(cut.0))?,
             None => plummer,
         }))
     },
@@ -59,7 +59,7 @@ impl Plummer {
     ///
     /// # Errors
     /// If that is not above zero.
-    pub fn cut(self, cut_pc: f64) -> Result<Self> {
+    pub fn with_cut(self, cut_pc: f64) -> Result<Self> {
         Ok(Self { cut: above_zero("cut", cut_pc)?, ..self })
     }
 }

@@ -26,51 +26,51 @@ impl Camera {
             eye: None,
             part: None,
         }
-        .up(DVec3::Y)
-        .field_of_view_deg(FIELD_OF_VIEW_DEG)
+        .with_up(DVec3::Y)
+        .with_field_of_view_deg(FIELD_OF_VIEW_DEG)
     }
 
     /// Copy of the camera turned so that `up` is up in the image.
     #[must_use]
-    pub fn up(self, up: DVec3) -> Self {
+    pub fn with_up(self, up: DVec3) -> Self {
         let right = self.forward.cross(up).try_normalize().unwrap_or(DVec3::NAN);
         Self { right, up: right.cross(self.forward), ..self }
     }
 
     /// Copy of the camera with all rays from one point and this horizontal field of view \[deg\], below 180.
     #[must_use]
-    pub fn field_of_view_deg(self, field_of_view: f64) -> Self {
+    pub fn with_field_of_view_deg(self, field_of_view: f64) -> Self {
         Self { projection: Projection::Perspective { half_width: (0.5 * field_of_view.to_radians()).tan() }, ..self }
     }
 
     /// Copy of the camera with parallel rays and an image of this width \[pc\].
     #[must_use]
-    pub fn orthographic_pc(self, width: f64) -> Self {
+    pub fn with_orthographic_pc(self, width: f64) -> Self {
         Self { projection: Projection::Orthographic { half_width_pc: 0.5 * width }, ..self }
     }
 
     /// Copy of the camera as a dome master of an aperture \[deg\], up to 360, whose middle leans by a tilt \[deg\] from up towards what
     /// the camera looks at: that is at the bottom, or in the middle at a tilt of 90.
     #[must_use]
-    pub fn fisheye_deg(self, aperture: f64, tilt: f64) -> Self {
+    pub fn with_fisheye_deg(self, aperture: f64, tilt: f64) -> Self {
         Self { projection: Projection::dome(aperture.to_radians(), tilt.to_radians()), ..self }
     }
 
     /// Copy of the camera with all around it, longitude by latitude, so many pixels wide and half as many high.
     #[must_use]
-    pub fn equirectangular(self, width: usize) -> Self {
-        Self { projection: Projection::SPHERE, ..self.size(width, width.div_ceil(2)) }
+    pub fn with_equirectangular(self, width: usize) -> Self {
+        Self { projection: Projection::SPHERE, ..self.with_size(width, width.div_ceil(2)) }
     }
 
     /// Copy of the camera with all around it on six faces of a cube, each of so many pixels along its edges.
     #[must_use]
-    pub fn cubemap(self, edge: usize) -> Self {
-        Self { projection: Projection::CUBE, ..self.size(edge, 6 * edge) }
+    pub fn with_cubemap(self, edge: usize) -> Self {
+        Self { projection: Projection::CUBE, ..self.with_size(edge, 6 * edge) }
     }
 
     /// Copy of the camera with so many pixels.
     #[must_use]
-    pub fn size(self, width: usize, height: usize) -> Self {
+    pub fn with_size(self, width: usize, height: usize) -> Self {
         Self { width, height, part: None, ..self }
     }
 
@@ -96,13 +96,13 @@ impl Camera {
 
     /// Copy of the camera with `rays` × `rays` rays per pixel.
     #[must_use]
-    pub fn supersampling(self, rays: usize) -> Self {
+    pub fn with_supersampling(self, rays: usize) -> Self {
         Self { supersampling: rays, ..self }
     }
 
     /// Copy of the camera with two eyes.
     #[must_use]
-    pub fn stereo(self, stereo: Stereo) -> Self {
+    pub fn with_stereo(self, stereo: Stereo) -> Self {
         Self { stereo: Some(stereo), ..self }
     }
 }

@@ -102,7 +102,7 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
         return Err(section.error(&PATH, "a bookmark cannot have a path; write it as [camera.path]"));
     }
     let (position, target) = (section.read(&POSITION)?, section.read(&TARGET)?);
-    let camera = Camera::look_at(position, target).up(section.read(&UP)?);
+    let camera = Camera::look_at(position, target).with_up(section.read(&UP)?);
     if !camera.forward.is_finite() {
         return Err(section.error(&TARGET, "camera and target are at the same position; move one of them"));
     }
@@ -119,7 +119,7 @@ pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     if eyes.is_some() && matches!(projection, Projection::Orthographic { .. }) {
         return Err(section.error(&STEREO, "stereo requires a camera whose rays start at one point; use a kind such as \"perspective\""));
     }
-    let camera = Camera { projection, stereo: eyes, ..camera }.size(width, height).supersampling(section.read(&SUPERSAMPLING)?);
+    let camera = Camera { projection, stereo: eyes, ..camera }.with_size(width, height).with_supersampling(section.read(&SUPERSAMPLING)?);
     match section.read(&CROP)?.as_deref() {
         None => Ok(camera),
         Some(&[column, row, width, height]) if [column, row, width, height].iter().all(|v| v.fract() == 0.0) => {

@@ -20,7 +20,7 @@ pub use kinds::{KINDS, bookmark, build};
 pub(crate) use stereo::KEYS as STEREO;
 pub use stereo::{Arrangement, Eye, Stereo};
 
-use self::panorama::{Axes, Layout};
+use self::panorama::{Axes, PanoramaLayout};
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
 use crate::image::{ImagePart, PixelScale};
@@ -41,13 +41,36 @@ pub enum Projection {
     /// All rays start at one point, in directions that angles tell.
     Panorama {
         /// Mapping between image positions and directions.
-        layout: Layout,
+        layout: PanoramaLayout,
         /// Half the width of the image \[rad; on a cube, halves of a face's edge\].
         half_width: f64,
     },
 }
 
 impl Projection {
+    /// # Errors
+    /// If an angle or a width is out of range.
+    fn check(&self) -> Result<()> {
+        let (what, half) = match *self {
+            Self::Perspective { half_width } => ("field of view", half_width),
+            Self::Orthographic { half_width_pc } => ("width of the camera", half_width_pc),
+            Self::Panorama { layout, half_width } => {
+                let is_dome = |half: f64, tilt: f64| half > 0.0 && half <= PI * (1.0 + 1e-9) && (0.0..=PI * (1.0 + 1e-9)).contains(&tilt);
+                if let PanoramaLayout::Dome { half_aperture, tilt } = layout
+                    && !is_dome(half_aperture, tilt)
+                {
+                    let found = format!("{:.4} and {:.4} deg", (2.0 * half_aperture).to_degrees(), tilt.to_degrees());
+                    return Err(Error::out_of_range("aperture and tilt of the camera", found, "0 to 360 deg, and 0 to 180 deg"));
+                }
+                ("width of the camera", half_width)
+            }
+        };
+        if !(half > 0.0 && half < WIDEST) {
+            return Err(Error::out_of_range(what, half, "above zero, and a field of view below 180 deg"));
+        }
+        Ok(())
+    }
+
     /// What the half width is measured in grows with the width alone.
     fn part(self, part: f64) -> Self {
         match self {
@@ -61,13 +84,13 @@ impl Projection {
     /// image's sides.
     fn dome(aperture: f64, tilt: f64) -> Self {
         let half_aperture = 0.5 * aperture;
-        Self::Panorama { layout: Layout::Dome { half_aperture, tilt }, half_width: half_aperture }
+        Self::Panorama { layout: PanoramaLayout::Dome { half_aperture, tilt }, half_width: half_aperture }
     }
 
     /// All around, longitude by latitude.
-    const SPHERE: Self = Self::Panorama { layout: Layout::Sphere, half_width: PI };
+    const SPHERE: Self = Self::Panorama { layout: PanoramaLayout::Sphere, half_width: PI };
     /// All around, six faces of a cube.
-    const CUBE: Self = Self::Panorama { layout: Layout::Cube, half_width: 1.0 };
+    const CUBE: Self = Self::Panorama { layout: PanoramaLayout::Cube, half_width: 1.0 };
 }
 
 /// Position of the observer and the field of view.
@@ -170,37 +193,11 @@ impl Camera {
             let problem = format!("right, up and forward of the camera, {axes:.3?}, are not orthonormal");
             return Err(Error::conflict(problem, "make them with `look_at`"));
         }
-        let (what, half) = match self.projection {
-            Projection::Perspective { half_width } => ("field of view", half_width),
-            Projection::Orthographic { half_width_pc } => ("width of the camera", half_width_pc),
-            Projection::Panorama { layout, half_width } => {
-                let is_dome = |half: f64, tilt: f64| half > 0.0 && half <= PI * (1.0 + 1e-9) && (0.0..=PI * (1.0 + 1e-9)).contains(&tilt);
-                if let Layout::Dome { half_aperture, tilt } = layout
-                    && !is_dome(half_aperture, tilt)
-                {
-                    let found = format!("{:.4} and {:.4} deg", (2.0 * half_aperture).to_degrees(), tilt.to_degrees());
-                    return Err(Error::out_of_range("aperture and tilt of the camera", found, "0 to 360 deg, and 0 to 180 deg"));
-                }
-                ("width of the camera", half_width)
-            }
-        };
-        if !(half > 0.0 && half < WIDEST) {
-            return Err(Error::out_of_range(what, half, "above zero, and a field of view below 180 deg"));
-        }
+        self.projection.check()?;
         if !(self.offset.0.is_finite() && self.offset.1.is_finite()) {
             return Err(Error::out_of_range("offset of the camera", format!("{:?}", self.offset), "two finite numbers"));
         }
-        if let Some(stereo) = &self.stereo {
-            stereo.check()?;
-            let edge = if stereo.arrangement == Arrangement::OverUnder { self.height } else { self.width };
-            if 2 * edge > MAX_EDGE {
-                let allowed = format!("at most {MAX_EDGE} for both together; render each eye separately");
-                return Err(Error::out_of_range("edge of a stereo image", 2 * edge, allowed));
-            }
-            if matches!(self.projection, Projection::Orthographic { .. }) {
-                return Err(Error::unsupported("stereo", "an orthographic camera", "use another kind of camera"));
-            }
-        }
+        self.check_stereo()?;
         let (width, height) = (self.width, self.height);
         if !((1..=MAX_EDGE).contains(&width) && (1..=MAX_EDGE).contains(&height)) {
             let allowed = format!("two whole numbers from 1 to {MAX_EDGE}");
@@ -208,6 +205,20 @@ impl Camera {
         }
         if !(1..=MAX_SUPERSAMPLING).contains(&self.supersampling) {
             return Err(Error::out_of_range("supersampling", self.supersampling, "between 1 and 16 rays per pixel edge"));
+        }
+        Ok(())
+    }
+
+    fn check_stereo(&self) -> Result<()> {
+        let Some(stereo) = &self.stereo else { return Ok(()) };
+        stereo.check()?;
+        let edge = if stereo.arrangement == Arrangement::OverUnder { self.height } else { self.width };
+        if 2 * edge > MAX_EDGE {
+            let allowed = format!("at most {MAX_EDGE} for both together; render each eye separately");
+            return Err(Error::out_of_range("edge of a stereo image", 2 * edge, allowed));
+        }
+        if matches!(self.projection, Projection::Orthographic { .. }) {
+            return Err(Error::unsupported("stereo", "an orthographic camera", "use another kind of camera"));
         }
         Ok(())
     }
@@ -319,7 +330,7 @@ impl Camera {
     /// Radius of a dome's circle around the axis of view \[pixels\]; none for other images.
     pub fn circle(&self) -> Option<f64> {
         match self.projection {
-            Projection::Panorama { layout: Layout::Dome { half_aperture, .. }, half_width } => {
+            Projection::Panorama { layout: PanoramaLayout::Dome { half_aperture, .. }, half_width } => {
                 Some(0.5 * self.width as f64 * half_aperture / half_width)
             }
             _ => None,
@@ -335,9 +346,9 @@ impl Camera {
             Projection::Panorama { layout, half_width } => {
                 let pixel = (2.0 * half_width / w).to_degrees();
                 match layout {
-                    Layout::Dome { .. } => PixelScale::Equidistant(pixel),
-                    Layout::Sphere => PixelScale::PlateCarree(pixel),
-                    Layout::Cube => PixelScale::OnCube(pixel),
+                    PanoramaLayout::Dome { .. } => PixelScale::Equidistant(pixel),
+                    PanoramaLayout::Sphere => PixelScale::PlateCarree(pixel),
+                    PanoramaLayout::Cube => PixelScale::OnCube(pixel),
                 }
             }
         }
@@ -376,7 +387,7 @@ mod tests {
     #[test]
     fn parts_see_as_the_whole() {
         for projection in [Projection::Perspective { half_width: 0.7 }, Projection::Orthographic { half_width_pc: 2.0 }] {
-            let whole = camera(projection).size(80, 60);
+            let whole = camera(projection).with_size(80, 60);
             let part = whole.clone().crop(10, 20, 40, 25).unwrap().crop(5, 1, 30, 20).unwrap();
             for (column, row) in [(0.5, 0.5), (29.5, 19.5), (11.25, 3.0)] {
                 let (part_ray, all) = (part.ray(column, row), whole.ray(column + 15.0, row + 21.0));

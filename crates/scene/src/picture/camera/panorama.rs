@@ -17,7 +17,7 @@ const FACES: f64 = 6.0;
 
 /// How all around is laid out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Layout {
+pub enum PanoramaLayout {
     /// The hemisphere of a dome, or more or less of the sphere, around an axis; outside of the circle is nothing.
     Dome {
         /// The angle from the axis to the circle \[rad\].
@@ -61,7 +61,7 @@ fn face_at(t: f64) -> (usize, f64) {
     (face as usize, 2.0 * face + 1.0 - below)
 }
 
-impl Layout {
+impl PanoramaLayout {
     /// The axes of the image, of those of the view.
     pub fn axes(&self, [ahead, right, up]: &Axes) -> Axes {
         let Self::Dome { tilt, .. } = self else { return [*ahead, *right, *up] };
@@ -140,11 +140,11 @@ mod tests {
     use super::*;
 
     const VIEW: Axes = [DVec3::NEG_Z, DVec3::X, DVec3::Y];
-    const LAYOUTS: [Layout; 4] = [
-        Layout::Dome { half_aperture: FRAC_PI_2, tilt: 0.3 },
-        Layout::Dome { half_aperture: 3.0, tilt: FRAC_PI_2 },
-        Layout::Sphere,
-        Layout::Cube,
+    const LAYOUTS: [PanoramaLayout; 4] = [
+        PanoramaLayout::Dome { half_aperture: FRAC_PI_2, tilt: 0.3 },
+        PanoramaLayout::Dome { half_aperture: 3.0, tilt: FRAC_PI_2 },
+        PanoramaLayout::Sphere,
+        PanoramaLayout::Cube,
     ];
 
     /// Places and directions are inverse, whatever the layout, and solid angles are those between neighbours.
@@ -176,23 +176,29 @@ mod tests {
     #[test]
     fn where_things_are() {
         let [ahead, right, up] = VIEW;
-        let at = |layout: &Layout, direction: DVec3| layout.place(direction.normalize(), &VIEW);
+        let at = |layout: &PanoramaLayout, direction: DVec3| layout.place(direction.normalize(), &VIEW);
         let close = |a: Option<(f64, f64)>, b: (f64, f64)| a.is_some_and(|a| (a.0 - b.0).hypot(a.1 - b.1) < 1e-9);
-        let dome = Layout::Dome { half_aperture: FRAC_PI_2, tilt: 0.0 };
+        let dome = PanoramaLayout::Dome { half_aperture: FRAC_PI_2, tilt: 0.0 };
         assert!(close(at(&dome, up), (0.0, 0.0)) && close(at(&dome, ahead + 1e-12 * up), (0.0, -FRAC_PI_2)));
         assert!(close(at(&dome, right + up), (0.25 * PI, 0.0)) && at(&dome, -up).is_none());
-        let tilted = Layout::Dome { half_aperture: FRAC_PI_2, tilt: 0.25 };
+        let tilted = PanoramaLayout::Dome { half_aperture: FRAC_PI_2, tilt: 0.25 };
         assert!(close(at(&tilted, up), (0.0, 0.25)));
-        assert!(close(at(&Layout::Sphere, ahead), (0.0, 0.0)) && close(at(&Layout::Sphere, right), (FRAC_PI_2, 0.0)));
-        assert!(close(at(&Layout::Sphere, up - ahead), (PI, 0.25 * PI)) || close(at(&Layout::Sphere, up - ahead), (-PI, 0.25 * PI)));
+        assert!(close(at(&PanoramaLayout::Sphere, ahead), (0.0, 0.0)) && close(at(&PanoramaLayout::Sphere, right), (FRAC_PI_2, 0.0)));
+        assert!(
+            close(at(&PanoramaLayout::Sphere, up - ahead), (PI, 0.25 * PI))
+                || close(at(&PanoramaLayout::Sphere, up - ahead), (-PI, 0.25 * PI))
+        );
         // +X, −X, +Y, −Y, +Z, −Z: to the left, to the right, above, below, ahead, behind.
         for (face, direction) in [-right, right, up, -up, ahead, -ahead].into_iter().enumerate() {
-            assert!(close(at(&Layout::Cube, direction), (0.0, 5.0 - 2.0 * face as f64)));
+            assert!(close(at(&PanoramaLayout::Cube, direction), (0.0, 5.0 - 2.0 * face as f64)));
         }
         let beside = [(-right + 0.5 * ahead, 5.0), (right - 0.5 * ahead, 3.0), (up - 0.5 * right, 1.0), (-up - 0.5 * right, -1.0)];
         for (direction, t) in beside {
-            assert!(close(at(&Layout::Cube, direction), (0.5, t)));
+            assert!(close(at(&PanoramaLayout::Cube, direction), (0.5, t)));
         }
-        assert!(close(at(&Layout::Cube, up + 0.5 * ahead), (0.0, 1.5)) && close(at(&Layout::Cube, -up - 0.5 * ahead), (0.0, -0.5)));
+        assert!(
+            close(at(&PanoramaLayout::Cube, up + 0.5 * ahead), (0.0, 1.5))
+                && close(at(&PanoramaLayout::Cube, -up - 0.5 * ahead), (0.0, -0.5))
+        );
     }
 }

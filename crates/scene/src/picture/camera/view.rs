@@ -51,9 +51,10 @@ mod tests {
     /// Places come where the camera has them, in whole pictures and in parts of one.
     #[test]
     fn places_come_where_they_are_seen() {
-        let base = Camera::look_at(DVec3::new(3.0, -1.0, 7.0), DVec3::new(0.2, 0.4, -0.3)).up(DVec3::new(0.3, 1.0, 0.1)).size(120, 80);
-        let flat = base.clone().field_of_view_deg(37.0);
-        let parallel = base.orthographic_pc(4.0);
+        let base =
+            Camera::look_at(DVec3::new(3.0, -1.0, 7.0), DVec3::new(0.2, 0.4, -0.3)).with_up(DVec3::new(0.3, 1.0, 0.1)).with_size(120, 80);
+        let flat = base.clone().with_field_of_view_deg(37.0);
+        let parallel = base.with_orthographic_pc(4.0);
         for camera in [flat.clone(), parallel.clone(), flat.crop(17, 31, 40, 23).unwrap(), parallel.crop(3, 5, 60, 70).unwrap()] {
             let view = camera.view().unwrap();
             for p in [DVec3::new(0.3, 0.7, 0.1), DVec3::new(-1.0, 0.5, 0.6), DVec3::new(0.8, -0.9, -2.0)] {
@@ -68,6 +69,6 @@ mod tests {
                 assert!((p_camera[2] - away.dot(camera.forward)).abs() < 1e-12 && p_camera[3] == 1.0);
             }
         }
-        assert_eq!(Camera::look_at(DVec3::Z, DVec3::ZERO).cubemap(16).view(), None);
+        assert_eq!(Camera::look_at(DVec3::Z, DVec3::ZERO).with_cubemap(16).view(), None);
     }
 }

@@ -75,11 +75,11 @@ pub const EYE_CORE_DEG: f64 = 0.02;
 
 /// Aperture of a telescope.
 pub struct Pupil {
-    parts: Vec<Part>,
+    parts: Vec<ApertureShape>,
 }
 
 /// A shape that lets light through, or holds it back where its sign is negative.
-enum Part {
+enum ApertureShape {
     Disc {
         radius: f32,
         sign: f32,
@@ -100,7 +100,7 @@ struct Edge {
     length: f32,
 }
 
-impl Part {
+impl ApertureShape {
     /// A polygon whose corners run counterclockwise.
     fn polygon(corners: &[Vec2], places: Vec<Vec2>, sign: f32) -> Self {
         let pairs = || corners.iter().zip(corners.iter().cycle().skip(1));
@@ -156,8 +156,8 @@ impl Pupil {
     /// of its diameter.
     pub fn round(obstruction: f32, vanes: usize, width: f32, first_deg: f32) -> Self {
         let discs = [(0.5, 1.0), (0.5 * obstruction, -1.0)].into_iter().filter(|(radius, _)| *radius > 0.0);
-        let discs = discs.map(|(radius, sign)| Part::Disc { radius, sign });
-        let vane = |i: usize| Part::vane(first_deg + 360.0 * i as f32 / vanes as f32, 0.5 * obstruction, 0.5, width);
+        let discs = discs.map(|(radius, sign)| ApertureShape::Disc { radius, sign });
+        let vane = |i: usize| ApertureShape::vane(first_deg + 360.0 * i as f32 / vanes as f32, 0.5 * obstruction, 0.5, width);
         Self { parts: discs.chain((0..vanes).map(vane)).collect() }
     }
 
@@ -226,8 +226,8 @@ fn webb() -> Pattern {
     let lattice = (-2i32..=2).flat_map(|i| (-2i32..=2).map(move |j| (i, j)));
     let ring = lattice.filter(|(i, j)| (i + j).abs() <= 2 && (*i, *j) != (0, 0));
     let places: Vec<Vec2> = ring.map(|(i, j)| i as f32 * a + j as f32 * b).collect();
-    let mirror = Part::polygon(&corners, places, 1.0);
-    let struts = [90.0, 240.0, 300.0].map(|degrees| Part::vane(degrees, 0.5 * flat, 0.46, 0.1 / DIAMETER));
+    let mirror = ApertureShape::polygon(&corners, places, 1.0);
+    let struts = [90.0, 240.0, 300.0].map(|degrees| ApertureShape::vane(degrees, 0.5 * flat, 0.46, 0.1 / DIAMETER));
     Pattern::Pupil(Pupil { parts: std::iter::once(mirror).chain(struts).collect() })
 }
 
@@ -267,14 +267,14 @@ mod tests {
     /// Each pattern is the transform of its pupil, drawn on a lattice: this one knows no closed form.
     #[test]
     fn patterns_are_transforms_of_pupils() {
-        let inside = |part: &Part, x: Vec2| match part {
-            Part::Disc { radius, .. } => usize::from(x.length() < *radius),
-            Part::Polygon { edges, places, .. } => {
+        let inside = |part: &ApertureShape, x: Vec2| match part {
+            ApertureShape::Disc { radius, .. } => usize::from(x.length() < *radius),
+            ApertureShape::Polygon { edges, places, .. } => {
                 places.iter().filter(|place| edges.iter().all(|e| (x - **place - e.middle).dot(e.normal) < 0.0)).count()
             }
         };
-        let sign = |part: &Part| match part {
-            Part::Disc { sign, .. } | Part::Polygon { sign, .. } => f64::from(*sign),
+        let sign = |part: &ApertureShape| match part {
+            ApertureShape::Disc { sign, .. } | ApertureShape::Polygon { sign, .. } => f64::from(*sign),
         };
         const COUNT: usize = 1500;
         for row in OPTICS.iter().filter(|row| row.name != "eye") {

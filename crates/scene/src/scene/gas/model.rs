@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ionisation::atoms::ELEMENTS;
-use ionisation::balance::{Accuracy, Diffuse, Gas as Matter, State};
+use ionisation::balance::{Accuracy, Diffuse, Gas as Matter, GasState};
 use ionisation::cloud::Quantity;
 use ionisation::error::IonisationError;
 use ionisation::tracer::RayTracer;
@@ -195,17 +195,19 @@ impl Gas {
         let species = Species::seen(bands);
         memory::check("gas ionised by the stars", cloud.bytes(species.len() + BESIDE), solver.memory_limit)?;
         let densest = cloud.densest();
-        let functions: Vec<_> =
-            species.iter().map(|species| move |gas: &Matter, state: &State| state.emission(gas, species.table, species.lines[0])).collect();
+        let functions: Vec<_> = species
+            .iter()
+            .map(|species| move |gas: &Matter, state: &GasState| state.emission(gas, species.table, species.lines[0]))
+            .collect();
         let mut quantities: Vec<Quantity> = species
             .iter()
             .zip(&functions)
             .map(|(species, value)| Quantity { most: cloud.most(species.table, species.lines[0]), value })
             .collect();
-        let pairs = |gas: &Matter, state: &State| state.pairs(gas);
+        let pairs = |gas: &Matter, state: &GasState| state.pairs(gas);
         let most = cloud.electrons() * densest * densest;
-        let warm = |gas: &Matter, state: &State| pairs(gas, state) * state.temperature;
-        let thick = |gas: &Matter, state: &State| pairs(gas, state) * state.electrons;
+        let warm = |gas: &Matter, state: &GasState| pairs(gas, state) * state.temperature;
+        let thick = |gas: &Matter, state: &GasState| pairs(gas, state) * state.electrons;
         quantities.push(Quantity { most, value: &pairs });
         quantities.push(Quantity { most: 6e4 * most, value: &warm });
         quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });

@@ -82,7 +82,7 @@ fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, DepthSpan { middle,
     let thin = most * extent.middle <= Extent::THIN;
     // Where the closed form is asked, from the middle in halves: there alone, at the points of Gauss, and at both ends.
     let (places, asked) = if grey { ([0.0; 4], 1) } else { ([-GAUSS, GAUSS, -1.0, 1.0], if thin { 2 } else { 4 }) };
-    let mut at = [Attenuated { value: [0.0; LANES], slope: [0.0; LANES], left: [0.0; LANES] }; 4];
+    let mut at = [AttenuationRow { value: [0.0; LANES], slope: [0.0; LANES], left: [0.0; LANES] }; 4];
     for (at, place) in at.iter_mut().zip(places).take(asked) {
         *at = attenuated(ends, lines, &lanes!(|lane| middle[lane] + place * half[lane]));
     }
@@ -107,15 +107,15 @@ fn mean(ends: &[End], lines: &[(f32, f32)], extent: &Extent, DepthSpan { middle,
 
 /// F/F(0), −dF/da/F(0) and ∫ F/F(0) da from there on.
 #[derive(Debug, Clone, Copy)]
-struct Attenuated {
+struct AttenuationRow {
     value: Lane,
     slope: Lane,
     left: Lane,
 }
 
 #[inline(always)]
-fn attenuated(ends: &[End], lines: &[(f32, f32)], depth: &Lane) -> Attenuated {
-    let mut sum = Attenuated { value: [0.0; LANES], slope: [0.0; LANES], left: [0.0; LANES] };
+fn attenuated(ends: &[End], lines: &[(f32, f32)], depth: &Lane) -> AttenuationRow {
+    let mut sum = AttenuationRow { value: [0.0; LANES], slope: [0.0; LANES], left: [0.0; LANES] };
     for end in ends {
         add(end, depth, &mut sum);
     }
@@ -132,7 +132,7 @@ fn attenuated(ends: &[End], lines: &[(f32, f32)], depth: &Lane) -> Attenuated {
 
 /// Adds what one end of a passband gives.
 #[inline(always)]
-fn add(end: &End, depth: &Lane, sum: &mut Attenuated) {
+fn add(end: &End, depth: &Lane, sum: &mut AttenuationRow) {
     // E₁ is infinite at no depth at all.
     let x = lanes!(|lane| {
         let x = depth[lane] * end.x_per_depth;

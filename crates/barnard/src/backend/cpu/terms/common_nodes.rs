@@ -18,12 +18,12 @@ pub struct CommonTerms {
     lights: usize,
     /// The extinction of each node in double precision.
     k: Vec<f64>,
-    bands: Vec<Share>,
+    bands: Vec<BandWeights>,
 }
 
 /// Weights of the nodes in a band.
 #[derive(Debug)]
-struct Share {
+struct BandWeights {
     /// The first node of which it takes something.
     first: usize,
     /// The weights from there on, marched light × node.
@@ -42,7 +42,7 @@ impl CommonTerms {
             let Form::CommonNodes(nodes) = form else { return None };
             let of_light = |light: &usize| nodes.weights[*light].iter().map(|w| *w as f32).collect::<Vec<f32>>();
             let background = weights.background.map_or_else(Vec::new, |light| nodes.weights[light].clone());
-            Some(Share { first: nodes.first, weights: marched.iter().map(of_light).collect(), background })
+            Some(BandWeights { first: nodes.first, weights: marched.iter().map(of_light).collect(), background })
         };
         let bands = plan.spectral.bands.iter().filter_map(|band| share(&band.rule.form)).collect();
         Self { nodes: NodeTerms::of(k.iter().map(|k| *k as f32).collect()), starts, lights: marched.len(), k, bands }
@@ -81,7 +81,7 @@ impl CommonTerms {
     /// Upper bound of a band's remaining light that falls as e^(−k τ) from a depth on and is at most `bounds` times
     /// `brightest` of each node, by marched lights, and what it has, on one lane.
     pub fn behind(&self, band: usize, left: &[f32], bounds: &[f32], brightest: &[&[f32]], sum: &[Lane], lane: usize) -> (f32, f32) {
-        let Share { first, weights, .. } = &self.bands[band];
+        let BandWeights { first, weights, .. } = &self.bands[band];
         let count = self.nodes.k.len();
         let (mut behind, mut has) = (0.0, 0.0);
         for (light, weights) in weights.iter().enumerate() {

@@ -4,7 +4,7 @@
 use spectra::rule::{DepthTable, Form};
 
 use super::{Bases, DepthSpan};
-use crate::packet::{LANES, Lane, Place, exp, mean_transmittance, sinhc};
+use crate::packet::{LANES, Lane, RowPlace, exp, mean_transmittance, sinhc};
 use crate::plan::Plan;
 
 /// A table for each light and band.
@@ -18,13 +18,13 @@ pub struct LookupTerms {
 struct LogTable {
     /// Entries per unit of depth.
     per_depth: f32,
-    rows: Vec<Row>,
+    rows: Vec<Gap>,
 }
 
 /// One gap between two entries of the table.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(16))]
-struct Row {
+struct Gap {
     /// ln F at the entry where the gap begins.
     log: f32,
     /// The growth of ln F from there to the next entry.
@@ -40,7 +40,7 @@ impl LookupTerms {
         let table = |light: usize, form: &Form| match form {
             Form::Lookup(lookup) => {
                 let t = &lookup.tables[light];
-                let row = |[log, rise, bend, left]: [f32; 4]| Row { log, rise, bend, left };
+                let row = |[log, rise, bend, left]: [f32; 4]| Gap { log, rise, bend, left };
                 LogTable { per_depth: (1.0 / t.step) as f32, rows: t.rows().map(|r| row(r.map(|v| v as f32))).collect() }
             }
             _ => LogTable { per_depth: 1.0, rows: Vec::new() },
@@ -62,7 +62,7 @@ impl LookupTerms {
     #[inline(always)]
     pub(super) fn at(&self, light: usize, term: usize, depth: f32) -> f32 {
         let table = &self.tables[light][term];
-        let Place { cell, fraction } = table.place(depth);
+        let RowPlace { cell, fraction } = table.place(depth);
         exp(table.rows[cell as usize].at(fraction))
     }
 }
@@ -70,16 +70,16 @@ impl LookupTerms {
 impl LogTable {
     /// The gap in which a depth lies, and how far within; the last gap goes on.
     #[inline(always)]
-    fn place(&self, depth: f32) -> Place {
+    fn place(&self, depth: f32) -> RowPlace {
         let x = depth * self.per_depth;
         let cell = (x as usize).min(self.rows.len() - 1) as u32;
-        Place { cell, fraction: x - cell as f32 }
+        RowPlace { cell, fraction: x - cell as f32 }
     }
 
     /// The mean of F/F(0) over depths between middle − half and middle + half.
     #[inline(always)]
     fn mean(&self, middle: f32, half: f32) -> f32 {
-        let Place { cell, fraction } = self.place(middle);
+        let RowPlace { cell, fraction } = self.place(middle);
         let row = &self.rows[cell as usize];
         let y = row.rise * self.per_depth * half;
         let bend = row.bend * half * half;
@@ -91,7 +91,7 @@ impl LogTable {
     }
 
     /// The mean between two places of the table, where the segment between them is thick.
-    fn thick(&self, first: Place, last: Place) -> f32 {
+    fn thick(&self, first: RowPlace, last: RowPlace) -> f32 {
         let row = |cell: u32| &self.rows[cell as usize];
         let (from, to) = (row(first.cell), row(last.cell));
         if first.cell == last.cell {
@@ -104,7 +104,7 @@ impl LogTable {
     }
 }
 
-impl Row {
+impl Gap {
     /// ln F at a fraction of the gap.
     #[inline(always)]
     fn at(&self, fraction: f32) -> f32 {

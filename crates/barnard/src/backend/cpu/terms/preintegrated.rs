@@ -10,11 +10,11 @@ use crate::plan::Plan;
 #[derive(Debug)]
 pub struct PreintegratedTerms {
     k: Vec<f32>,
-    tables: Vec<Vec<Table>>,
+    tables: Vec<Vec<PreintegratedTable>>,
 }
 
 #[derive(Debug)]
-struct Table {
+struct PreintegratedTable {
     /// Entries per unit of the root of a depth.
     per_root: f32,
     mean: Vec<f32>,
@@ -28,8 +28,10 @@ impl PreintegratedTerms {
                 _ => None,
             })
         };
-        let table =
-            |t: &spectra::rule::SegmentTable| Table { per_root: (1.0 / t.step) as f32, mean: t.mean.iter().map(|v| *v as f32).collect() };
+        let table = |t: &spectra::rule::SegmentTable| PreintegratedTable {
+            per_root: (1.0 / t.step) as f32,
+            mean: t.mean.iter().map(|v| *v as f32).collect(),
+        };
         let of_light = |light: usize| forms().flat_map(|p| p.tables[light].iter().map(table)).collect();
         Self { k: forms().flat_map(|p| p.k.iter().map(|k| *k as f32)).collect(), tables: (0..plan.lights.len()).map(of_light).collect() }
     }
@@ -51,7 +53,7 @@ impl PreintegratedTerms {
     }
 }
 
-impl Table {
+impl PreintegratedTable {
     #[inline(always)]
     fn at(&self, root: f32) -> f32 {
         let x = root * self.per_root;

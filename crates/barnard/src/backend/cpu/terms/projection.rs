@@ -4,18 +4,18 @@ use spectra::rule::{Form, Projection};
 use wide::f32x4;
 
 use super::{Bases, DepthSpan};
-use crate::packet::{LANES, Lane, Place, lanes, largest, place};
+use crate::packet::{LANES, Lane, RowPlace, lanes, largest, place};
 use crate::plan::Plan;
 
 /// The bases of all bands.
 #[derive(Debug)]
 pub struct ProjectionTerms {
-    groups: Vec<Group>,
+    groups: Vec<BasisGroup>,
 }
 
 /// The bands that share one basis.
 #[derive(Debug)]
-struct Group {
+struct BasisGroup {
     /// The first term of each band.
     first: Vec<usize>,
     table: CoordinateTable,
@@ -51,14 +51,14 @@ struct CoordinateQuad {
 
 impl ProjectionTerms {
     pub(super) fn new(plan: &Plan) -> Self {
-        let mut groups: Vec<(&[f64], Group)> = Vec::new();
+        let mut groups: Vec<(&[f64], BasisGroup)> = Vec::new();
         let mut first = 0;
         for band in &plan.spectral.bands {
             let Form::Projection(projection) = &band.rule.form else { continue };
             let exponents = &projection.basis.exponents[..];
             match groups.iter_mut().find(|(e, _)| *e == exponents) {
                 Some((_, group)) => group.first.push(first),
-                None => groups.push((exponents, Group { first: vec![first], table: CoordinateTable::new(projection) })),
+                None => groups.push((exponents, BasisGroup { first: vec![first], table: CoordinateTable::new(projection) })),
             }
             first += projection.basis.size();
         }
@@ -77,15 +77,15 @@ impl ProjectionTerms {
     }
 
     pub(super) fn at(&self, term: usize, depth: f32) -> f32 {
-        let inside = |group: &&Group| group.first.iter().any(|first| (*first..first + group.table.size).contains(&term));
+        let inside = |group: &&BasisGroup| group.first.iter().any(|first| (*first..first + group.table.size).contains(&term));
         let Some(group) = self.groups.iter().find(inside) else { return 0.0 };
         let element = group.first.iter().filter(|first| **first <= term).map(|first| term - first).min().unwrap_or(0);
-        let Place { cell, fraction } = place(depth * group.table.per_depth, group.table.gaps);
+        let RowPlace { cell, fraction } = place(depth * group.table.per_depth, group.table.gaps);
         group.table.quad(cell, element / 4).mean(fraction, 0.0).to_array()[element % 4]
     }
 }
 
-impl Group {
+impl BasisGroup {
     #[inline(always)]
     fn accumulate<const ROW: usize>(&self, span: &DepthSpan, bases: Bases, sum: &mut [Lane]) {
         let means = self.table.means::<ROW>(span);
@@ -125,7 +125,7 @@ impl CoordinateTable {
             return self.thick(middle, &half);
         }
         let mut means = [[0.0; LANES]; ROW];
-        let places: [Place; LANES] = std::array::from_fn(|lane| place(middle[lane] * self.per_depth, self.gaps));
+        let places: [RowPlace; LANES] = std::array::from_fn(|lane| place(middle[lane] * self.per_depth, self.gaps));
         for q in 0..ROW / 4 {
             for lane in (0..LANES).step_by(4) {
                 let mean = |i: usize| self.quad(places[lane + i].cell, q).mean(places[lane + i].fraction, half[lane + i] * half[lane + i]);
@@ -158,7 +158,7 @@ impl CoordinateTable {
     }
 
     /// The mean of a quad between two places of the table, and on over so many gaps that are `held` at the second.
-    fn between(&self, q: usize, first: Place, last: Place, span: f32) -> f32x4 {
+    fn between(&self, q: usize, first: RowPlace, last: RowPlace, span: f32) -> f32x4 {
         let (from, to) = (first.fraction, last.fraction);
         let (front, back) = (self.quad(first.cell, q), self.quad(last.cell, q));
         let (in_front, behind) = (front.mean(from, 0.0), back.mean(to, 0.0));

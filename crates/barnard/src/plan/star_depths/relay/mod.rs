@@ -17,7 +17,7 @@ use crate::field::{Grid, Lattice, Partition};
 use crate::plan::star_depths::between_rays::beside;
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
 use crate::plan::star_depths::frustum_sweep::{FrustumSweep, Tier, exact_depth};
-use crate::plan::star_depths::planes::Part;
+use crate::plan::star_depths::planes::DustWindow;
 
 /// Voxels around those of a brick between which and its own rays are interpolated, and σ between voxels.
 const AROUND: f64 = 4.0;
@@ -276,12 +276,12 @@ impl Relay {
     }
 
     /// Dust that must be that of some voxels.
-    fn part<'a>(&self, dust: &'a Grid, voxels: &[Range<usize>; 3]) -> Result<Part<'a>> {
+    fn part<'a>(&self, dust: &'a Grid, voxels: &[Range<usize>; 3]) -> Result<DustWindow<'a>> {
         let wanted = voxels.each_ref().map(|v| v.len());
         if dust.lattice().dims != wanted {
             return Err(Error::mismatch("dust of a brick", format!("{wanted:?} voxels"), format!("{:?}", dust.lattice().dims)));
         }
-        Ok(Part { grid: dust, first: voxels.each_ref().map(|v| v.start), dims: self.partition.lattice().dims })
+        Ok(DustWindow { grid: dust, first: voxels.each_ref().map(|v| v.start), dims: self.partition.lattice().dims })
     }
 
     /// The depth of the straight way to a voxel beside a side that rays graze.

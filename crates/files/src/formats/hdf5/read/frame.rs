@@ -2,12 +2,12 @@
 //!
 //! Read are the dimension scales of HDF5, which netCDF and xarray write, and the edges of yt's containers and files.
 
-use barnard::data::{AXIS_ORDERS, Axis, Frame};
+use barnard::data::{AXIS_ORDERS, ArrayFrame, Axis};
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, RawAttribute};
 use spectra::units::{Length, Quantity};
 
-use super::Found;
+use super::FoundDataset;
 use super::slabs::{Packing, Value, stored};
 use crate::formats::numbers::Number;
 
@@ -36,18 +36,18 @@ const MOST: u64 = 64;
 const EVEN: f64 = 1e-3;
 
 /// The lower and the upper corner of a box by x, y and z, and their unit before them.
-type Corners = (String, Vec<f64>, Vec<f64>);
+type BoxCorners = (String, Vec<f64>, Vec<f64>);
 
 /// A dataset and the groups around it, to be asked for what they say.
-pub struct Place<'a> {
-    found: &'a Found,
+pub struct DatasetPlace<'a> {
+    found: &'a FoundDataset,
     /// The dimension scale of each axis, where it has one.
     scales: Vec<Option<Dataset>>,
 }
 
-impl<'a> Place<'a> {
+impl<'a> DatasetPlace<'a> {
     /// The surroundings of a dataset.
-    pub fn of(found: &'a Found) -> Self {
+    pub fn of(found: &'a FoundDataset) -> Self {
         Self { found, scales: scales(found) }
     }
 
@@ -108,7 +108,7 @@ impl<'a> Place<'a> {
     }
 
     /// The frame of three of its axes, the slowest first.
-    pub fn frame(&self, axes: [usize; 3], shape: [usize; 3]) -> Frame {
+    pub fn frame(&self, axes: [usize; 3], shape: [usize; 3]) -> ArrayFrame {
         let names = self.names(axes);
         // Dimensions without names are called so by the netCDF library.
         let is_named = names.iter().all(|name| !name.is_empty() && !name.starts_with("phony_dim"));
@@ -116,7 +116,7 @@ impl<'a> Place<'a> {
         // MATLAB writes its arrays with their axes reversed.
         let is_of_matlab = !is_named && attribute_of(&self.found.dataset, MATLAB).is_some();
         let order = known.unwrap_or(if is_of_matlab { "zyx" } else { "xyz" });
-        let mut frame = Frame { order, unit: self.unit(), ..Frame::default() };
+        let mut frame = ArrayFrame { order, unit: self.unit(), ..ArrayFrame::default() };
         if is_named && known.is_none() {
             frame.unnamed = Some(names.join(", "));
         }
@@ -200,7 +200,7 @@ impl<'a> Place<'a> {
 
     /// The unit and the corners of its box, where it or a group around it states them; corners in two units are given in
     /// that of the lower one.
-    fn edges(&self) -> Result<Option<Corners>, String> {
+    fn edges(&self) -> Result<Option<BoxCorners>, String> {
         let named = EDGES.into_iter().find_map(|(low, high)| {
             let three = |name: &str| self.numbers(name).filter(|numbers| numbers.len() == 3);
             Some(([low, high], three(low)?, three(high)?))
@@ -217,7 +217,7 @@ impl<'a> Place<'a> {
     }
 
     /// Corners in a length that the file defines, where they are in units of it.
-    fn in_code_length(&self, unit: String, low: Vec<f64>, high: Vec<f64>) -> Corners {
+    fn in_code_length(&self, unit: String, low: Vec<f64>, high: Vec<f64>) -> BoxCorners {
         if unit != CODE_LENGTH.0 {
             return (unit, low, high);
         }
@@ -300,7 +300,7 @@ fn text(attribute: &Attribute) -> Option<String> {
 
 /// The dimension scales of a dataset. Source: HDF5 Dimension Scale Specification, `DIMENSION_LIST`: for each axis a list
 /// of references to datasets, which are their addresses.
-fn scales(found: &Found) -> Vec<Option<Dataset>> {
+fn scales(found: &FoundDataset) -> Vec<Option<Dataset>> {
     const ADDRESS: usize = 8;
     let dataset = &found.dataset;
     let Some(list) = attribute_of(dataset, "DIMENSION_LIST") else { return Vec::new() };

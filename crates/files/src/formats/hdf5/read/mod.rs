@@ -10,16 +10,16 @@ mod source;
 
 use std::collections::BTreeSet;
 
-use barnard::data::{Array, Choose, Layout};
+use barnard::data::{Array, ArrayHeader, Choose};
 use barnard::error::{Error, Result};
 use barnard::memory;
 use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions};
 use spectra::error::nearest;
 
-use self::frame::Place;
+use self::frame::DatasetPlace;
 use self::slabs::Slabs;
-use self::source::Source;
+use self::source::SharedFile;
 use crate::formats::gather::Gather;
 use crate::formats::numbers::{Number, Stored};
 use crate::formats::{Contents, Member, Request, edges, steps, three_axes};
@@ -52,8 +52,8 @@ pub fn array(request: &mut Request, choose: Choose) -> Result<Array> {
         return Err(wrong(format!("it has {cells} elements in a file of {} bytes: almost none were written", request.length)));
     }
     let shape = shape.map(|n| n as usize);
-    let place = Place::of(&found);
-    let part = choose(&Layout { shape, frame: Some(place.frame([a, b, c], shape)) })?;
+    let place = DatasetPlace::of(&found);
+    let part = choose(&ArrayHeader { shape, frame: Some(place.frame([a, b, c], shape)) })?;
     // A chunk is inflated as a whole.
     if let Some(chunk) = found.dataset.chunks() {
         let bytes = chunk.iter().fold(stored.size() as u64, |bytes, edge| bytes.saturating_mul(u64::from(*edge)));
@@ -74,14 +74,14 @@ pub fn members(request: &mut Request) -> Result<Vec<Member>> {
     let path = request.path;
     let file = opened(request)?;
     let Listing { found: all, unreadable } = datasets(&file).map_err(|reason| Error::file(path, reason))?;
-    let dataset = |found: &Found| {
+    let dataset = |found: &FoundDataset| {
         let dataset = &found.dataset;
         let kind =
             stored(dataset).map_or_else(|_| format!("{}, which are unsupported", name_of(dataset.dtype())), |stored| stored.to_string());
         let shape = if dataset.shape().is_empty() { "a single value".into() } else { edges(dataset.shape()) };
         let mut facts = vec![("shape", shape), ("type", kind)];
         facts.extend(dataset.chunks().map(|chunk| ("chunks", edges(&chunk))));
-        let place = Place::of(found);
+        let place = DatasetPlace::of(found);
         facts.extend(place.unit().map(|unit| ("unit", unit)));
         if let [a, b, c] = long_axes(dataset.shape())[..] {
             let frame = place.frame([a, b, c], [a, b, c].map(|axis| dataset.shape()[axis] as usize));
@@ -130,7 +130,7 @@ fn opened(request: &mut Request) -> Result<Hdf5File> {
         .with_max_read_bytes(most)
         .with_filter_registry(filters::registry(most));
     let source = std::mem::replace(&mut request.source, Box::new(std::io::empty()));
-    let file = Hdf5File::from_storage_with_options(Source::shared(source, request.length), options);
+    let file = Hdf5File::from_storage_with_options(SharedFile::shared(source, request.length), options);
     let file = file.map_err(|e| Error::file(request.path, format!("is not a readable HDF5 file: {e}")))?;
     let stated = file.superblock().eof_address;
     if stated > request.length {
@@ -140,7 +140,7 @@ fn opened(request: &mut Request) -> Result<Hdf5File> {
 }
 
 /// A dataset, where it is, and the groups that it is in, the outermost first.
-struct Found {
+struct FoundDataset {
     path: String,
     dataset: Dataset,
     groups: Vec<Group>,
@@ -149,7 +149,7 @@ struct Found {
 /// The datasets of a file.
 #[derive(Default)]
 struct Listing {
-    found: Vec<Found>,
+    found: Vec<FoundDataset>,
     /// Paths of those that cannot be read, and why.
     unreadable: Vec<(String, String)>,
 }
@@ -188,7 +188,7 @@ fn datasets(file: &Hdf5File) -> std::result::Result<Listing, String> {
             }
             let path = format!("{path}/{name}");
             match group.dataset(&name) {
-                Ok(dataset) => listing.found.push(Found { path, dataset, groups: groups.to_vec() }),
+                Ok(dataset) => listing.found.push(FoundDataset { path, dataset, groups: groups.to_vec() }),
                 Err(error) => listing.unreadable.push((path, unreadable(&error))),
             }
         }
@@ -209,7 +209,7 @@ fn datasets(file: &Hdf5File) -> std::result::Result<Listing, String> {
 }
 
 /// The dataset at a path such as "/gas/density".
-fn named(file: &Hdf5File, name: &str) -> std::result::Result<Found, String> {
+fn named(file: &Hdf5File, name: &str) -> std::result::Result<FoundDataset, String> {
     let parts: Vec<&str> = name.split('/').filter(|part| !part.is_empty()).collect();
     let mut groups = vec![file.root_group().map_err(|e| format!("has no readable root group: {e}"))?];
     let missing = |reason: String| match datasets(file) {
@@ -228,11 +228,11 @@ fn named(file: &Hdf5File, name: &str) -> std::result::Result<Found, String> {
         hdf5_reader::error::Error::UnsupportedLayoutClass(_) => format!("dataset \"{name}\" {}", unreadable(&e)),
         _ => missing(e.to_string()),
     })?;
-    Ok(Found { path: format!("/{}", parts.join("/")), dataset, groups })
+    Ok(FoundDataset { path: format!("/{}", parts.join("/")), dataset, groups })
 }
 
 /// The only dataset that can be a grid.
-fn only(file: &Hdf5File) -> std::result::Result<Found, String> {
+fn only(file: &Hdf5File) -> std::result::Result<FoundDataset, String> {
     let Listing { found: mut all, unreadable } = datasets(file)?;
     let able: Vec<usize> =
         (0..all.len()).filter(|i| stored(&all[*i].dataset).is_ok() && long_axes(all[*i].dataset.shape()).len() == 3).collect();
@@ -250,8 +250,8 @@ fn only(file: &Hdf5File) -> std::result::Result<Found, String> {
     }
 }
 
-fn listed(all: &[Found]) -> String {
-    let dataset = |found: &Found| {
+fn listed(all: &[FoundDataset]) -> String {
+    let dataset = |found: &FoundDataset| {
         let why = stored(&found.dataset).err().map_or_else(String::new, |why| format!(", {why}"));
         format!("\"{}\" ({}{why})", found.path, edges(found.dataset.shape()))
     };

@@ -2,8 +2,8 @@
 
 use hdf5_reader::{Dataset, Datatype, H5Type, SliceInfo, SliceInfoElem};
 
-use crate::formats::Kept;
-use crate::formats::gather::{Block, Gather, cut};
+use crate::formats::FileFloat;
+use crate::formats::gather::{BlockRange, Gather, cut};
 use crate::formats::numbers::{Number, Stored};
 
 /// Bytes of a block, as stored, beyond which it takes no further chunks.
@@ -42,7 +42,7 @@ impl Packing {
         self.scale.is_none() && self.unsigned.is_none()
     }
 
-    fn value<T: Kept>(&self, stored: T) -> T {
+    fn value<T: FileFloat>(&self, stored: T) -> T {
         let mut number = stored.number();
         if number < 0.0 {
             number += self.unsigned.unwrap_or(0.0);
@@ -77,13 +77,13 @@ impl<'a> Slabs<'a> {
     }
 
     /// Requirements of `gather`.
-    pub fn gathered<T: Kept>(&self, mut gather: Gather<T>, limit: u64) -> Result<Gather<T>, String> {
+    pub fn gathered<T: FileFloat>(&self, mut gather: Gather<T>, limit: u64) -> Result<Gather<T>, String> {
         let blocks = cut(&gather.ranges, self.block);
         gather.blocks(blocks, (self.bytes, limit), |_| Ok(()), |block, ()| self.read(block))?;
         Ok(gather)
     }
 
-    fn read<T: Kept>(&self, block: &Block) -> Result<Vec<T>, String> {
+    fn read<T: FileFloat>(&self, block: &BlockRange) -> Result<Vec<T>, String> {
         let role = |axis: usize| match self.axes.iter().position(|known| *known == axis) {
             Some(i) => SliceInfoElem::Slice { start: block[i].start as u64, end: block[i].end as u64, step: 1 },
             None => SliceInfoElem::Index(0),
@@ -98,7 +98,7 @@ impl<'a> Slabs<'a> {
 #[derive(Clone)]
 pub struct Value<T>(pub T);
 
-impl<T: Kept> H5Type for Value<T> {
+impl<T: FileFloat> H5Type for Value<T> {
     fn hdf5_type() -> Datatype {
         f64::hdf5_type()
     }

@@ -9,19 +9,19 @@ use hdf5_reader::{Storage, StorageBuffer};
 use crate::formats::Seekable;
 
 /// A file whose readers take turns.
-pub struct Source {
+pub struct SharedFile {
     bytes: Mutex<Box<dyn Seekable>>,
     length: u64,
 }
 
-impl Source {
+impl SharedFile {
     /// Bytes that have this length.
     pub fn shared(bytes: Box<dyn Seekable>, length: u64) -> DynStorage {
         Arc::new(Self { bytes: Mutex::new(bytes), length })
     }
 }
 
-impl Storage for Source {
+impl Storage for SharedFile {
     fn len(&self) -> u64 {
         self.length
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Kernel;
-use crate::camera::panorama::{Axes, Layout};
+use crate::camera::panorama::{Axes, PanoramaLayout};
 use crate::image::{Image, PixelScale};
 
 /// Ahead, right and up of every picture: turns of all around change nothing.
@@ -29,7 +29,7 @@ const TILE: usize = 32;
 
 /// The directions of the pixels of a picture of all around.
 pub(crate) struct Sphere {
-    layout: Layout,
+    layout: PanoramaLayout,
     width: usize,
     height: usize,
     /// The place of direction zero \[pixels\].
@@ -51,14 +51,14 @@ pub(crate) struct Point {
 }
 
 /// A kernel by the distance from its middle.
-struct Profile {
+struct KernelProfile {
     /// Largest value at a distance of the index or more, in pixels.
     largest: Vec<f64>,
     /// Light within a distance of the index, in pixels, integrated on the sphere.
     within: Vec<f64>,
 }
 
-impl Profile {
+impl KernelProfile {
     fn new(kernel: &Kernel, unit: f64) -> Self {
         let edge = 2 * kernel.reach + 1;
         let (mut largest, mut within) = (vec![0.0f64; kernel.reach + 2], vec![0.0f64; kernel.reach + 2]);
@@ -88,10 +88,10 @@ impl Sphere {
         let (layout, degrees) = match image.pixel? {
             PixelScale::Equidistant(degrees) => {
                 let half_aperture = image.circle? * degrees.to_radians();
-                (Layout::Dome { half_aperture, tilt: std::f64::consts::FRAC_PI_2 }, degrees)
+                (PanoramaLayout::Dome { half_aperture, tilt: std::f64::consts::FRAC_PI_2 }, degrees)
             }
-            PixelScale::PlateCarree(degrees) => (Layout::Sphere, degrees),
-            PixelScale::OnCube(degrees) => (Layout::Cube, degrees),
+            PixelScale::PlateCarree(degrees) => (PanoramaLayout::Sphere, degrees),
+            PixelScale::OnCube(degrees) => (PanoramaLayout::Cube, degrees),
             PixelScale::Angle(_) | PixelScale::Length(_) => return None,
         };
         let (width, height) = (image.width / image.views.0.max(1), image.height);
@@ -116,7 +116,7 @@ impl Sphere {
 
     /// Takes the bright points out of the planes of one eye, whose white is known; a plane is a band's pixels, row by row.
     pub fn take(&self, planes: &mut [Vec<f64>], kernels: &[impl AsRef<Kernel>], white: f64) -> Vec<Point> {
-        let profiles: Vec<Profile> = kernels.iter().map(|kernel| Profile::new(kernel.as_ref(), self.unit)).collect();
+        let profiles: Vec<KernelProfile> = kernels.iter().map(|kernel| KernelProfile::new(kernel.as_ref(), self.unit)).collect();
         let peaks: Vec<Vec<f64>> = planes.iter().map(|plane| self.peaks(plane)).collect();
         let brightest = peaks.iter().flatten().copied().fold(0.0, f64::max);
         let mut level = (SEEN * white).max(FAINTEST * brightest);
@@ -149,7 +149,8 @@ impl Sphere {
             };
             let right = along(1.0, 0.0);
             let up = along(0.0, 1.0);
-            let light = |(plane, profile): (&Vec<f64>, &Profile)| plane[i] * measure / profile.within[radius.min(profile.within.len() - 1)];
+            let light =
+                |(plane, profile): (&Vec<f64>, &KernelProfile)| plane[i] * measure / profile.within[radius.min(profile.within.len() - 1)];
             Point {
                 direction: self.layout.direction((s, t), &VIEW),
                 right,
@@ -167,14 +168,14 @@ impl Sphere {
     /// White top-hat of a plane: its light above an opening by a window as large as a point, stretched as the picture is there.
     fn peaks(&self, plane: &[f64]) -> Vec<f64> {
         // Light of one face of a cube does not stand beside that of the next.
-        let block = if self.layout == Layout::Cube { self.width } else { self.height };
+        let block = if self.layout == PanoramaLayout::Cube { self.width } else { self.height };
         let along_rows = |plane: &[f64], better: fn(f64, f64) -> f64| {
             let mut out = vec![0.0; plane.len()];
             out.par_chunks_mut(self.width).zip(plane.par_chunks(self.width)).enumerate().for_each(|(y, (out, row))| {
                 let stretch = match self.layout {
-                    Layout::Sphere => self.layout.measure((0.0, self.place(0, y).1)).max(1.0 / self.width as f64),
-                    Layout::Dome { .. } => 0.5,
-                    Layout::Cube => 1.0,
+                    PanoramaLayout::Sphere => self.layout.measure((0.0, self.place(0, y).1)).max(1.0 / self.width as f64),
+                    PanoramaLayout::Dome { .. } => 0.5,
+                    PanoramaLayout::Cube => 1.0,
                 };
                 let half = ((POINT as f64 / stretch).ceil() as usize).min(self.width);
                 for (x, out) in out.iter_mut().enumerate() {
@@ -187,7 +188,7 @@ impl Sphere {
             let mut out = vec![0.0; plane.len()];
             out.par_chunks_mut(self.width).enumerate().for_each(|(y, out)| {
                 let first = y / block * block;
-                let half = if matches!(self.layout, Layout::Dome { .. }) { 2 * POINT } else { POINT };
+                let half = if matches!(self.layout, PanoramaLayout::Dome { .. }) { 2 * POINT } else { POINT };
                 let rows = y.saturating_sub(half).max(first)..(y + half + 1).min(first + block).min(self.height);
                 for (x, out) in out.iter_mut().enumerate() {
                     *out = rows.clone().map(|row| plane[row * self.width + x]).fold(plane[y * self.width + x], better);

@@ -9,7 +9,7 @@ use super::Glare;
 
 /// Parameters of a kernel.
 #[derive(PartialEq)]
-pub(super) struct Asked {
+pub(super) struct KernelKey {
     pub(super) glare: Glare,
     pub(super) longer: usize,
     pub(super) pivot_um: Option<f64>,
@@ -17,16 +17,16 @@ pub(super) struct Asked {
 }
 
 /// Kernels that are kept, and what each is of.
-pub(super) type Kept = Mutex<Vec<(Asked, Arc<Kernel>)>>;
+pub(super) type KernelCache = Mutex<Vec<(KernelKey, Arc<Kernel>)>>;
 
 /// Kernels of the last picture: each frame of a film, and each look at a picture in other colours, asks for the same. They take longer
 /// than the convolution.
-pub(super) static LAST: Kept = Mutex::new(Vec::new());
+pub(super) static LAST: KernelCache = Mutex::new(Vec::new());
 /// Bytes of them at most: four of the largest.
 pub(super) const KEPT_BYTES: u64 = 640 << 20;
 
 /// Keeps a kernel, and of those before that are of the same picture as many as so many bytes hold.
-pub(super) fn keep(last: &mut Vec<(Asked, Arc<Kernel>)>, one: (Asked, Arc<Kernel>), bytes: u64) {
+pub(super) fn keep(last: &mut Vec<(KernelKey, Arc<Kernel>)>, one: (KernelKey, Arc<Kernel>), bytes: u64) {
     last.retain(|(known, _)| known.glare == one.0.glare && known.longer == one.0.longer);
     last.push(one);
     while last.iter().map(|(_, kernel)| kernel.bytes()).sum::<u64>() > bytes {
@@ -48,8 +48,8 @@ const BETA: f64 = 4.765;
 
 impl Glare {
     /// Where the light of a point of a band goes, from a picture before where that asked for the same.
-    pub(super) fn cached_kernel(&self, band: &Band, longer: usize, haze: &OnceCell<Haze>, last: &Kept) -> Arc<Kernel> {
-        let asked = Asked { glare: *self, longer, pivot_um: band.pivot_um, width_um: band.width_um };
+    pub(super) fn cached_kernel(&self, band: &Band, longer: usize, haze: &OnceCell<Haze>, last: &KernelCache) -> Arc<Kernel> {
+        let asked = KernelKey { glare: *self, longer, pivot_um: band.pivot_um, width_um: band.width_um };
         let last = || last.lock().unwrap_or_else(PoisonError::into_inner);
         let known = last().iter().find(|(known, _)| *known == asked).map(|(_, kernel)| kernel.clone());
         known.unwrap_or_else(|| {

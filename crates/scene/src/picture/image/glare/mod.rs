@@ -183,7 +183,7 @@ fn cut(view: &mut [f64], stride: usize, (width, height): (usize, usize), (axis, 
 #[cfg(test)]
 mod tests {
     use super::super::Band;
-    use super::kernels::{Asked, Kept, keep};
+    use super::kernels::{KernelCache, KernelKey, keep};
     use super::*;
 
     /// A point at the edge of a sphere's picture shines on its other side as one in the middle does, and light of a dome stays in its circle.
@@ -217,28 +217,28 @@ mod tests {
     /// pictures of the same pixels have another. The angles are those of directions, and the light is that of the kernel.
     #[test]
     fn glares_are_round_on_the_sphere() {
-        use crate::camera::panorama::Layout;
+        use crate::camera::panorama::PanoramaLayout;
         use std::f64::consts::{FRAC_PI_2, PI};
         const LIGHT: f64 = 1e6;
         let glare = Glare { size: 3.0, halo: 1.0, ..named("refractor") };
-        let dome = Layout::Dome { half_aperture: FRAC_PI_2, tilt: FRAC_PI_2 };
+        let dome = PanoramaLayout::Dome { half_aperture: FRAC_PI_2, tilt: FRAC_PI_2 };
         let cases = [
-            (Layout::Sphere, (128, 64), PixelScale::PlateCarree as fn(f64) -> PixelScale, vec![(64, 32), (1, 20), (90, 3)]),
+            (PanoramaLayout::Sphere, (128, 64), PixelScale::PlateCarree as fn(f64) -> PixelScale, vec![(64, 32), (1, 20), (90, 3)]),
             (dome, (96, 96), PixelScale::Equidistant, vec![(48, 48), (47, 10)]),
-            (Layout::Cube, (48, 288), PixelScale::OnCube, vec![(24, 216), (46, 216), (24, 194), (46, 194)]),
+            (PanoramaLayout::Cube, (48, 288), PixelScale::OnCube, vec![(24, 216), (46, 216), (24, 194), (46, 194)]),
         ];
         for (layout, (width, height), scale, stars) in cases {
             let unit = match layout {
-                Layout::Dome { .. } => PI / width as f64,
-                Layout::Sphere => 2.0 * PI / width as f64,
-                Layout::Cube => 2.0 / width as f64,
+                PanoramaLayout::Dome { .. } => PI / width as f64,
+                PanoramaLayout::Sphere => 2.0 * PI / width as f64,
+                PanoramaLayout::Cube => 2.0 / width as f64,
             };
             let axes = [glam::DVec3::NEG_Z, glam::DVec3::X, glam::DVec3::Y];
             let place = |x: usize, y: usize| ((x as f64 + 0.5 - 0.5 * width as f64) * unit, (0.5 * height as f64 - y as f64 - 0.5) * unit);
             for star in stars {
                 let picture = |pixel: Option<PixelScale>| {
-                    let is_dome = matches!(layout, Layout::Dome { .. });
-                    let views = (1, if layout == Layout::Cube { 6 } else { 1 });
+                    let is_dome = matches!(layout, PanoramaLayout::Dome { .. });
+                    let views = (1, if layout == PanoramaLayout::Cube { 6 } else { 1 });
                     let circle = (pixel.is_some() && is_dome).then_some(0.5 * width as f64);
                     let image = Image { pixel, views, circle, ..points(width, height, &[(star.0, star.1, LIGHT)]) };
                     // So bright that all of its light is seen.
@@ -246,7 +246,7 @@ mod tests {
                 };
                 let here = place(star.0, star.1);
                 let direction = layout.direction(here, &axes);
-                let longer = if layout == Layout::Cube { width } else { width.max(height) };
+                let longer = if layout == PanoramaLayout::Cube { width } else { width.max(height) };
                 let band = &points(1, 1, &[]).bands[0];
                 let kernel = glare.kernel(band, longer, &glare.haze(longer));
                 let wrong = |image: &Image| {
@@ -269,9 +269,9 @@ mod tests {
                     .filter(|(x, y)| layout.sees(place(*x, *y)))
                     .map(|(x, y)| round.at(0, y, x) * layout.measure(place(x, y)))
                     .sum();
-                let is_whole = !matches!(layout, Layout::Dome { .. }) || star == (48, 48);
+                let is_whole = !matches!(layout, PanoramaLayout::Dome { .. }) || star == (48, 48);
                 assert!(!is_whole || (light / LIGHT / layout.measure(here) - 1.0).abs() < 0.03, "{layout:?} {star:?}: {light}");
-                let is_flat = layout == Layout::Sphere && star == (64, 32) || star == (48, 48) || star == (24, 216);
+                let is_flat = layout == PanoramaLayout::Sphere && star == (64, 32) || star == (48, 48) || star == (24, 216);
                 assert!(is_flat || wrong(&picture(None)) > 0.5, "{layout:?} {star:?}: {}", wrong(&picture(None)));
             }
         }
@@ -365,7 +365,7 @@ mod tests {
     fn kernels_are_kept() {
         let image = points(90, 60, &[(30, 20, 5.0)]);
         let (glare, band) = (Glare { size: 0.777, ..named("newtonian") }, &image.bands[0]);
-        let last = Kept::default();
+        let last = KernelCache::default();
         let cached = |glare: &Glare, longer: usize, band: &Band| glare.cached_kernel(band, longer, &OnceCell::new(), &last);
         let first = cached(&glare, 90, band);
         let red = Band { pivot_um: Some(0.8), ..band.clone() };
@@ -379,7 +379,7 @@ mod tests {
         // The last two are kept where there is room for two and a half.
         let (mut last, room) = (Vec::new(), 5 * first.bytes() / 2);
         for pivot_um in [0.4, 0.5, 0.6, 0.7] {
-            let asked = Asked { glare, longer: 90, pivot_um: Some(pivot_um), width_um: None };
+            let asked = KernelKey { glare, longer: 90, pivot_um: Some(pivot_um), width_um: None };
             keep(&mut last, (asked, first.clone()), room);
         }
         assert_eq!(last.iter().map(|(asked, _)| asked.pivot_um).collect::<Vec<_>>(), [Some(0.6), Some(0.7)]);
