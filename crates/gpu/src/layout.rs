@@ -78,12 +78,7 @@ impl ShaderLayout {
         let mut tables = Tables::new(middle);
         let largest = plan.largest_densities();
         let k = extinctions(plan);
-        tables.begin("EXTINCTION");
-        tables.list.numbers(&k, shape.room / 4);
-        for (section, power) in ["EXPONENTS", "SQUARES", "FOURTHS"].into_iter().zip(0..) {
-            tables.begin(section);
-            tables.list.numbers(&k.iter().map(|k| cumulants(*k)[power]).collect::<Vec<f32>>(), shape.room / 4);
-        }
+        tables.extinction(&k, shape.room);
         tables.begin("STARS");
         weights.scattered.iter().for_each(|s| tables.place(plan.space().stars[s.star], 0.0));
         tables.begin("EMITTED");
@@ -138,6 +133,16 @@ impl ShaderLayout {
 }
 
 impl Tables {
+    /// Extinction k at the nodes, and what series of exp(−k τ) take of it.
+    fn extinction(&mut self, k: &[f32], room: usize) {
+        self.begin("EXTINCTION");
+        self.list.numbers(k, room / 4);
+        for (section, power) in ["EXPONENTS", "SQUARES", "FOURTHS"].into_iter().zip(0..) {
+            self.begin(section);
+            self.list.numbers(&k.iter().map(|k| cumulants(*k)[power]).collect::<Vec<f32>>(), room / 4);
+        }
+    }
+
     /// Weights of all lights, and the most that each can send; `largest` are the largest densities of all grids.
     fn weights(&mut self, plan: &Plan, weights: &Weights, largest: &[f32], room: usize) {
         let species = largest.len() - plan.space().species();

@@ -320,19 +320,30 @@ fn magnitudes(section: &Section, table: &TextTable, names: &[&str]) -> Result<(V
     Ok((bands, colour.is_some()))
 }
 
+/// Columns of places, and their frame.
+///
+/// # Errors
+/// If there are none; a hint where a name is misspelt.
+fn sky_columns(names: &[&str]) -> std::result::Result<(SkyFrame, [usize; 2]), String> {
+    let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
+    let pair = |first: &[&str], second: &[&str]| find(first).zip(find(second)).map(|(a, b)| [a, b]);
+    let icrs = pair(&RIGHT_ASCENSION, &DECLINATION).map(|place| (SkyFrame::Icrs, place));
+    let found = icrs.or_else(|| pair(&LONGITUDE, &LATITUDE).map(|place| (SkyFrame::Galactic, place)));
+    found.ok_or_else(|| {
+        let known = ["ra", "dec", "glon", "glat"];
+        let misspelt = names.iter().filter(|name| name.len() < 6 && !known.contains(name));
+        let near = misspelt.filter_map(|name| nearest(name, known).map(|near| (name, near))).next();
+        near.map(|(name, near)| format!("; did you mean \"{near}\" by \"{name}\"?")).unwrap_or_default()
+    })
+}
+
 /// Finds what columns mean.
 fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<StarColumns> {
     let parted: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
     let names: Vec<&str> = parted.iter().map(|(name, _)| unit_behind(name).0).collect();
     let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
-    let pair = |first: &[&str], second: &[&str]| find(first).zip(find(second)).map(|(a, b)| [a, b]);
-    let icrs = pair(&RIGHT_ASCENSION, &DECLINATION).map(|place| (SkyFrame::Icrs, place));
-    let found = icrs.or_else(|| pair(&LONGITUDE, &LATITUDE).map(|place| (SkyFrame::Galactic, place)));
-    let (frame, place) = found.ok_or_else(|| {
+    let (frame, place) = sky_columns(&names).map_err(|hint| {
         let named = table.columns.join(", ");
-        let misspelt = |name: &&&str| name.len() < 6 && !["ra", "dec", "glon", "glat"].contains(*name);
-        let near = names.iter().filter(misspelt).find_map(|name| nearest(name, ["ra", "dec", "glon", "glat"]).map(|near| (name, near)));
-        let hint = near.map(|(name, near)| format!("; did you mean \"{near}\" by \"{name}\"?")).unwrap_or_default();
         wrong(label, table.line, format!("has no columns \"ra\" and \"dec\", or \"glon\" and \"glat\" ({named}){hint}"))
     })?;
     let (bands, is_colour) = magnitudes(section, table, &names)?;

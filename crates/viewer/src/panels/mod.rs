@@ -16,7 +16,7 @@ use eframe::egui::{self, Color32, Frame, Panel, ScrollArea, Ui};
 use crate::command::{Command, Commands};
 use crate::document::Origin;
 use crate::files::Purpose;
-use crate::layout::Guide;
+use crate::layout::{Guide, WindowLayout};
 use crate::model::Model;
 
 pub use about::help;
@@ -27,51 +27,8 @@ pub fn menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Comman
     Panel::top("menu").frame(unfilled(ui)).show(ui, |ui| {
         egui::MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| file_menu(ui, recent, commands));
-            ui.menu_button("Edit", |ui| {
-                if ui.add_enabled(model.document.can_undo(), egui::Button::new("Undo").shortcut_text("Ctrl+Z")).clicked() {
-                    commands.push(Command::Undo);
-                }
-                if ui.add_enabled(model.document.can_redo(), egui::Button::new("Redo").shortcut_text("Ctrl+Shift+Z")).clicked() {
-                    commands.push(Command::Redo);
-                }
-            });
-            ui.menu_button("View", |ui| {
-                if ui.add(egui::Button::new("Frame all").shortcut_text("Home")).clicked() {
-                    commands.push(Command::FrameAll);
-                }
-                let bookmarks: Vec<String> = model.document.scene().bookmarks.keys().cloned().collect();
-                ui.add_enabled_ui(!bookmarks.is_empty(), |ui| {
-                    ui.menu_button("Bookmarks", |ui| {
-                        for name in &bookmarks {
-                            if ui.button(name).clicked() {
-                                commands.push(Command::GoTo(name.clone()));
-                            }
-                        }
-                    });
-                });
-                ui.checkbox(&mut layout.overlay, "Stars and frame (M)");
-                ui.checkbox(&mut layout.scene, "Scene panel");
-                ui.checkbox(&mut layout.picture, "Picture panel");
-                ui.checkbox(&mut layout.timeline, "Timeline (T)");
-                ui.menu_button("Frame guide (G)", |ui| {
-                    for guide in Guide::ALL {
-                        ui.radio_value(&mut layout.guide, guide, guide.name());
-                    }
-                });
-                if ui.add(egui::Button::new("Full screen").shortcut_text("F11")).clicked() {
-                    ui.ctx().send_viewport_cmd(egui::ViewportCommand::Fullscreen(true));
-                }
-                ui.horizontal(|ui| {
-                    ui.label("Theme");
-                    // Words: the embedded font has no sun and no moon.
-                    let mut theme = ui.ctx().options(|o| o.theme_preference);
-                    for (preference, name) in THEMES {
-                        if ui.selectable_value(&mut theme, preference, name).changed() {
-                            ui.ctx().set_theme(theme);
-                        }
-                    }
-                });
-            });
+            ui.menu_button("Edit", |ui| edit_menu(ui, model, commands));
+            ui.menu_button("View", |ui| view_menu(ui, model, &mut layout, commands));
             if ui.button("Keys").on_hover_text("mouse and keys (F1)").clicked() {
                 layout.help = !layout.help;
             }
@@ -83,6 +40,56 @@ pub fn menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Comman
     });
     if layout != model.layout {
         commands.push(Command::Layout(layout));
+    }
+}
+
+fn edit_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    if ui.add_enabled(model.document.can_undo(), egui::Button::new("Undo").shortcut_text("Ctrl+Z")).clicked() {
+        commands.push(Command::Undo);
+    }
+    if ui.add_enabled(model.document.can_redo(), egui::Button::new("Redo").shortcut_text("Ctrl+Shift+Z")).clicked() {
+        commands.push(Command::Redo);
+    }
+}
+
+fn view_menu(ui: &mut Ui, model: &Model, layout: &mut WindowLayout, commands: &mut Commands) {
+    if ui.add(egui::Button::new("Frame all").shortcut_text("Home")).clicked() {
+        commands.push(Command::FrameAll);
+    }
+    let bookmarks: Vec<String> = model.document.scene().bookmarks.keys().cloned().collect();
+    ui.add_enabled_ui(!bookmarks.is_empty(), |ui| {
+        ui.menu_button("Bookmarks", |ui| {
+            for name in &bookmarks {
+                if ui.button(name).clicked() {
+                    commands.push(Command::GoTo(name.clone()));
+                }
+            }
+        });
+    });
+    ui.checkbox(&mut layout.overlay, "Stars and frame (M)");
+    ui.checkbox(&mut layout.scene, "Scene panel");
+    ui.checkbox(&mut layout.picture, "Picture panel");
+    ui.checkbox(&mut layout.timeline, "Timeline (T)");
+    ui.menu_button("Frame guide (G)", |ui| {
+        for guide in Guide::ALL {
+            ui.radio_value(&mut layout.guide, guide, guide.name());
+        }
+    });
+    if ui.add(egui::Button::new("Full screen").shortcut_text("F11")).clicked() {
+        ui.ctx().send_viewport_cmd(egui::ViewportCommand::Fullscreen(true));
+    }
+    ui.horizontal(theme);
+}
+
+/// Choice of the theme.
+fn theme(ui: &mut Ui) {
+    ui.label("Theme");
+    // Words: the embedded font has no sun and no moon.
+    let mut theme = ui.ctx().options(|o| o.theme_preference);
+    for (preference, name) in THEMES {
+        if ui.selectable_value(&mut theme, preference, name).changed() {
+            ui.ctx().set_theme(theme);
+        }
     }
 }
 

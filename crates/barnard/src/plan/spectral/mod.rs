@@ -7,6 +7,7 @@ pub mod weights;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use spectra::extinction::Extinction;
 use spectra::passband::Passband;
 use spectra::rule::{BandProblem, BandRule, DepthSpan, Form, Node, Source, mean_transmittance};
 
@@ -74,6 +75,52 @@ const STRONGEST: f64 = 1e28;
 /// Angles at which the certificate must hold beside the mean.
 const CERTIFIED_COSINES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
+/// Inputs of the rules of all passbands.
+struct BandInputs<'a> {
+    scene: &'a Scene,
+    lights: &'a [Light],
+    law: &'a Arc<Extinction>,
+    /// The wavelengths of all passbands together.
+    support_um: (f64, f64),
+    rules: RuleTarget,
+    control: &'a Control,
+}
+
+impl BandInputs<'_> {
+    /// The plan of a passband with the name of its method; by nodes that the passbands have in common, where it may share them.
+    fn solved(&self, band: &Passband, may_share: bool) -> Result<(&'static str, BandPlan)> {
+        let Self { scene, lights, law, support_um, rules, control } = *self;
+        let method = &scene.method;
+        let settings = &method.settings;
+        control.check()?;
+        let checked = |light| control.check().map(|()| source(scene, light, band, law));
+        let sources = lights.iter().map(checked).collect::<Result<Vec<Source>>>()?;
+        let k = |l: f64| law.k(l);
+        let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
+        if let (Some(dust), Some((low, high))) = (&scene.dust, settings.domain_um) {
+            dust.extinction.check("the method's domain", low, high)?;
+        }
+        let problem = BandProblem {
+            sources: &sources,
+            domain_um: settings.domain_um.unwrap_or(band.support_um()),
+            common_um: settings.domain_um.unwrap_or(support_um),
+            pivot,
+            k: &k,
+            depth: rules.depth,
+            accuracy: rules.accuracy,
+            settings,
+            interrupted: &|| control.interrupted(),
+        };
+        let stated_rule = method.entry.rule;
+        let entry = if may_share { stated_rule.serving(scene.bands.len(), &problem) } else { stated_rule };
+        let rule = (entry.solve)(&problem);
+        control.check()?;
+        let rule = rule?;
+        let name = if entry.name == stated_rule.name { method.entry.name } else { entry.name };
+        Ok((name, BandPlan { band: band.clone(), sources, rule }))
+    }
+}
+
 /// The phase function at the angles of marched lights, with its weights in the bands.
 fn phase_table(phase: &PhaseAtPivot, accuracy: f64, (lights, bands): (&[Light], &[BandPlan]), space: &SpatialPlan) -> PhaseTable {
     let many_lights = space.many_lights.as_deref();
@@ -95,42 +142,11 @@ impl SpectralPlan {
     pub(crate) fn with_rules(scene: &Scene, lights: &[Light], space: &SpatialPlan, rules: RuleTarget, control: &Control) -> Result<Self> {
         let method = &scene.method;
         let law = law(scene)?;
-        let settings = &method.settings;
-        let support_um = support_um(scene);
         let RuleTarget { accuracy: rule_accuracy, depth } = rules;
         // A node that passbands share is no passband's own transport: what it scatters again is no one's.
         let scatters_once = method.bounces == 1 && space.many_lights.is_none() && method.entry.star_depth == StarDepthSource::Cached;
-        let solved = |may_share: bool| {
-            let of_band = |band: &Passband| {
-                control.check()?;
-                let checked = |light| control.check().map(|()| source(scene, light, band, &law));
-                let sources = lights.iter().map(checked).collect::<Result<Vec<Source>>>()?;
-                let k = |l: f64| law.k(l);
-                let pivot = Node { lambda_um: band.pivot().0, k: law.k(band.pivot().0) };
-                if let (Some(dust), Some((low, high))) = (&scene.dust, settings.domain_um) {
-                    dust.extinction.check("the method's domain", low, high)?;
-                }
-                let problem = BandProblem {
-                    sources: &sources,
-                    domain_um: settings.domain_um.unwrap_or(band.support_um()),
-                    common_um: settings.domain_um.unwrap_or(support_um),
-                    pivot,
-                    k: &k,
-                    depth,
-                    accuracy: rule_accuracy,
-                    settings,
-                    interrupted: &|| control.interrupted(),
-                };
-                let stated_rule = method.entry.rule;
-                let entry = if may_share { stated_rule.serving(scene.bands.len(), &problem) } else { stated_rule };
-                let rule = (entry.solve)(&problem);
-                control.check()?;
-                let rule = rule?;
-                let name = if entry.name == stated_rule.name { method.entry.name } else { entry.name };
-                Ok((name, BandPlan { band: band.clone(), sources, rule }))
-            };
-            scene.bands.par_iter().map(of_band).collect::<Result<Vec<(&str, BandPlan)>>>()
-        };
+        let inputs = BandInputs { scene, lights, law: &law, support_um: support_um(scene), rules, control };
+        let solved = |may_share: bool| scene.bands.par_iter().map(|band| inputs.solved(band, may_share)).collect::<Result<Vec<_>>>();
         let mut bands = solved(scatters_once)?;
         // Nodes that were not asked for must keep what was: a law that turns back has them at one of two wavelengths.
         let keeps = |(name, band): &(&str, BandPlan)| {
@@ -280,7 +296,7 @@ pub(in crate::plan) fn support_um(scene: &Scene) -> (f64, f64) {
 }
 
 /// Unattenuated light through a passband.
-pub(crate) fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<spectra::extinction::Extinction>) -> Source {
+pub(crate) fn source(scene: &Scene, light: &Light, band: &Passband, law: &Arc<Extinction>) -> Source {
     let mut source = Source::new(&light.name, band, &light.spectrum, &***law, factor(light.route, scene.dust.as_ref()));
     let spectral = scene.dust.as_ref().map(|d| d.phase.clone()).filter(|p| p.is_spectral());
     if let (Route::Scattered { .. }, Some(phase)) = (light.route, spectral) {
