@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 import inspect
-import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 from ._rows import ROWS, Key, Row, scene_error, unknown_key
 from ._values import stated_as, written
+from ._warn import warn
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -42,7 +42,7 @@ def renamed(name: str, to: Callable[P, T]) -> Callable[P, T]:
     """A function under its old name, which warns."""
 
     def call(*arguments: P.args, **keys: P.kwargs) -> T:
-        warnings.warn(f"{name} is deprecated; use {to.__name__}", DeprecationWarning, stacklevel=2)
+        warn(f"{name} is deprecated; use {to.__name__}", DeprecationWarning)
         return to(*arguments, **keys)
 
     call.__name__ = call.__qualname__ = name

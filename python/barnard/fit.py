@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from . import _barnard
 from ._progress import Listener, listening
 from ._tree import tree_of
+from ._warn import warn
 from .free import Free, FreeKeys, rows_of
 from .image import Image
 
@@ -58,7 +58,7 @@ class Fit:
         self.bounded: list[str] = [keys[i] for i in found["bounded"]]
         self.residuals: list[Image] = [Image(native) for native in found["residuals"]]
         if found["chi2_warning"]:
-            warnings.warn(found["chi2_warning"], stacklevel=4)
+            warn(found["chi2_warning"])
 
     @property
     def freedom(self) -> int:
@@ -141,7 +141,7 @@ class FitModel:
         try:
             return self._residuals(values)
         except _barnard.SceneError as error:
-            warnings.warn(f"no model at {list(values)}: {error}", stacklevel=2)
+            warn(f"no model at {list(values)}: {error}")
             return np.full_like(self.data, np.inf)
 
     def _residuals(self, values: Sequence[float]) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from . import _barnard
 from ._rows import scene_error
 from ._values import has_unit, parsed, spelled
+from ._warn import warn
 from .parameters import parameters_of
 
 
@@ -47,7 +47,7 @@ def rows_of(free: FreeKeys, tree: dict[str, Any]) -> list[Row]:
     """Free keys of a scene's tree, in its units."""
     if isinstance(free, str):
         words = "a text of free keys is deprecated; give a dictionary, such as {'star[0].temperature': bn.Free(5e3 * u.K, 4e4 * u.K)}"
-        warnings.warn(words, DeprecationWarning, stacklevel=4)
+        warn(words, DeprecationWarning)
         return _barnard.free_keys(free)
     keys = free if isinstance(free, Mapping) else dict.fromkeys(free)
     units = {path: parameter.unit for path, parameter in parameters_of(tree).items()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from ._report import Certificate, Report, report_of
 from ._rows import ROWS, scene_error
 from ._session import Session
 from ._table import table_of
+from ._warn import warn
 from .image import Image
 from .tables import Camera
 
@@ -153,7 +153,7 @@ class Plan:
             image._warnings.append(words)
             if not self._warned:
                 self._warned = True
-                warnings.warn(words, AccuracyWarning, stacklevel=4)
+                warn(words, AccuracyWarning)
         return image
 
 

@@ -293,8 +293,10 @@ def test_free_keys_are_values_with_units(observed):
     forms = [(4e3 * u.K, 40 * u.kK), ("4 kK", "40000 K"), (4000, 40000)]
     models = [scene.fit_model({"star[0].temperature": bn.Free(*form, prior=(9e3 * u.K, "500 K"))}, path) for form in forms]
     assert all(model.bounds == [(4000.0, 40000.0)] and model.units == ["K"] for model in models)
-    with pytest.warns(DeprecationWarning, match="give a dictionary"):
+    with pytest.warns(DeprecationWarning, match="give a dictionary") as told:
         assert scene.fit_model("star[0].temperature=4000..40000", path).bounds == models[0].bounds
+        scene.fit("star[0].temperature=4000..40000", path)
+    assert {warning.filename for warning in told if warning.category is DeprecationWarning} == {__file__}
     for wrong in (3 * u.m, "3 m", "hot", (1, 2)):
         with pytest.raises(bn.SceneError, match=r"star\[0\].temperature"):
             scene.fit_model({"star[0].temperature": bn.Free(wrong)}, path)

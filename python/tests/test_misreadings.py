@@ -112,8 +112,9 @@ def test_sweeps_leave_the_scene_alone():
 def test_missed_accuracies_are_told_once():
     scene = lit(cloud())
     scene.method = bn.Method(accuracy=1e-6, steps=4)
-    with pytest.warns(bn.AccuracyWarning, match="requested accuracy 1.0e-06"):
+    with pytest.warns(bn.AccuracyWarning, match="requested accuracy 1.0e-06") as told:
         image = scene.render()
+    assert [warning.filename for warning in told] == [__file__]
     assert any("spatial error" in words for words in image.warnings)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
