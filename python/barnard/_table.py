@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import itertools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
@@ -46,6 +47,8 @@ def renamed(name: str, to: Callable[P, T]) -> Callable[P, T]:
         return to(*arguments, **keys)
 
     call.__name__ = call.__qualname__ = name
+    call.__module__ = __package__ or ""
+    call.__signature__ = inspect.signature(to)  # type: ignore[attr-defined]
     call.__doc__ = f"Deprecated name of `{to.__name__}`."
     return call
 
@@ -79,7 +82,9 @@ class Table:
     def of(cls, keys: dict[str, Any]) -> Self:
         """A table of these keys, whether all that are needed are there or not."""
         table = cls.__new__(cls)
-        super(cls, table).__init__(**keys)
+        # Constructors of tables and of their kinds require keys; what is below them does not.
+        *_, last = itertools.takewhile(lambda base: base is not Table and base.__dict__.keys() & {"_path", "_kind"}, cls.__mro__)
+        super(last, table).__init__(**keys)  # type: ignore[arg-type]
         return table
 
     @classmethod
@@ -98,7 +103,11 @@ class Table:
         row, place = self._row(), self._place()
         if key.startswith("_"):
             raise AttributeError(key)
-        if key == "kind" and row.kinds and self._kind is None:
+        if key == "kind" and self._kind is not None:
+            if value != self._kind:
+                raise scene_error(f"{place}.kind", f"{type(self).__name__} is of the kind {self._kind!r}; make a table of the other kind")
+            return
+        if key == "kind" and row.kinds:
             if value is not None and value not in list(row.kinds):
                 raise scene_error(f"{place}.kind", f"unknown kind {value!r}; known: {', '.join(row.kinds)}")
             self._keep(key, value, value)

@@ -159,7 +159,7 @@ def test_python_blocks_run(path, folder, monkeypatch):
     box = [[-3.0, 3.0]] * 3
     monkeypatch.setattr(yt, "load", lambda name: yt.load_uniform_grid({("gas", "H_nuclei_density"): (cloud(16), "cm**-3")}, [16] * 3, "pc", np.array(box)))
     # Sizes and numbers of a page are those of real work.
-    monkeypatch.setattr(bn, "perspective", lambda *args, _own=bn.perspective, size=112, **keys: _own(*args, size=min(112, np.max(size)), **keys))
+    monkeypatch.setattr(bn, "PerspectiveCamera", lambda *args, _own=bn.PerspectiveCamera, size=112, **keys: _own(*args, size=min(112, np.max(size)), **keys))
     builtin = bn.Scene.builtin
 
     def small(name):

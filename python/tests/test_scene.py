@@ -178,6 +178,11 @@ def test_kinds_are_classes():
     assert again == scene == copy.copy(scene) == pickle.loads(pickle.dumps(scene)) and again.stars[0] == star
     with pytest.deprecated_call(match="use PerspectiveCamera"):
         assert bn.perspective("0 0 5 pc", "30 deg") == camera
+    assert pickle.loads(pickle.dumps(bn.perspective)) is bn.perspective and "field_of_view" in inspect.signature(bn.perspective).parameters
+    camera.kind = "perspective"
+    with pytest.raises(bn.SceneError, match="PerspectiveCamera is of the kind 'perspective'"):
+        camera.kind = "fisheye"
+    assert bn.HenyeyGreensteinPhase.of({"g": 0.5}) == phase and bn.BlackbodyStar.of({"kind": "blackbody"}) == bn.BlackbodyStar.of({})
     # Every kind of every table has a class, whose keys are those of the kind. Bookmarks are cameras.
     classes = [cls for name in tables.__all__ if isinstance(cls := getattr(bn, name), type)]
     for row in [row for row in ROWS.values() if row.path != "bookmark.*"]:

@@ -146,7 +146,7 @@ fn frames_are_stills() {
 #[test]
 fn timelines_are_made_in_rust() {
     let still =
-        "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"0 0 5 pc\"\nsize = [8, 8]\n[[star]]\nkind = \"blackbody\"
+        "bands = \"johnson\"\n[camera]\nkind = \"perspective\"\nposition = \"0 0 5 pc\"\nfield_of_view = \"30 deg\"\nsize = [8, 8]\n[[star]]\nkind = \"blackbody\"
         position = \"0 0 0 pc\"\ntemperature = \"9000 K\"\nluminosity = \"100 Lsun\"\n";
     let words = "[[animation]]\nof = \"star[0].temperature\"\ntimes = [\"0 s\", \"2 s\"]\nvalues = [\"9000 K\", \"30000 K\"]
         interpolation = \"linear\"\n[sequence]\nframes_per_second = 10\nduration = \"3 s\"\n";

@@ -103,7 +103,7 @@ impl SceneArgs {
     /// Variant with changes of more keys.
     pub fn load_with(&self, backend: &str, more: Vec<Change>) -> anyhow::Result<(Scene, Options)> {
         let (file, options) = self.open_with(backend, more)?;
-        Ok((self.adjusted(file.scene, options.memory_limit)?, options))
+        Ok((self.adjusted(file.scene, options.memory_limit, &Control::default())?, options))
     }
 
     /// Reads the scene for a back end, with its camera as the file has it; starts the threads.
@@ -169,8 +169,8 @@ impl SceneArgs {
     }
 
     /// A scene with the overrides.
-    pub fn adjusted(&self, scene: Scene, memory_limit: u64) -> anyhow::Result<Scene> {
-        let mut scene = self.uncropped(scene, memory_limit)?;
+    pub fn adjusted(&self, scene: Scene, memory_limit: u64, control: &Control) -> anyhow::Result<Scene> {
+        let mut scene = self.uncropped(scene, memory_limit, control)?;
         if let Some([column, row, width, height]) = self.crop {
             let camera = scene.camera.clone().crop(column, row, width, height)?;
             scene = scene.with_camera(camera);
@@ -180,7 +180,7 @@ impl SceneArgs {
     }
 
     /// A scene with the overrides but for the crop.
-    pub fn uncropped(&self, scene: Scene, memory_limit: u64) -> anyhow::Result<Scene> {
+    pub fn uncropped(&self, scene: Scene, memory_limit: u64, control: &Control) -> anyhow::Result<Scene> {
         let mut camera = scene.camera.clone();
         if let Some(name) = &self.bookmark {
             let names: Vec<&str> = scene.bookmarks.keys().map(String::as_str).collect();
@@ -195,6 +195,6 @@ impl SceneArgs {
         if let Some((width, height)) = self.size {
             camera = camera.with_size(width, height);
         }
-        Ok(scene.edited_within(memory_limit, &Control::default(), |spec| spec.camera = camera)?)
+        Ok(scene.edited_within(memory_limit, control, |spec| spec.camera = camera)?)
     }
 }

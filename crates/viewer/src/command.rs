@@ -52,7 +52,7 @@ pub enum Command {
     /// Makes camera keys of all bookmarks.
     KeysOfBookmarks,
     /// Opens and closes panels and marks.
-    Layout(WindowLayout),
+    Layout(Box<dyn FnOnce(&mut WindowLayout)>),
     /// Points at a place of the picture, in parts of its width and height, or at none.
     Point(Option<(f64, f64)>),
     /// Keeps the spectrum that the probe found.
@@ -76,6 +76,11 @@ impl Commands {
     /// Moves the observer.
     pub fn fly(&mut self, change: impl FnOnce(&mut Flight) + 'static) {
         self.push(Command::Fly(Box::new(change)));
+    }
+
+    /// Opens or closes panels and marks.
+    pub fn lay_out(&mut self, change: impl FnOnce(&mut WindowLayout) + 'static) {
+        self.push(Command::Layout(Box::new(change)));
     }
 }
 

@@ -8,7 +8,7 @@ use eframe::egui::{
 use crate::command::{Command, Commands};
 use crate::comparison::{Arrangement, With};
 use crate::edit::{Edit, place_text};
-use crate::layout::{Guide, WindowLayout};
+use crate::layout::Guide;
 use crate::model::Model;
 use crate::order::AMPLIFIED;
 use crate::order::Refinement;
@@ -309,18 +309,19 @@ fn labels(ui: &Ui, model: &Model, rect: Rect) {
 }
 
 /// Does what the keys say: flight, frames, bookmarks, exposure.
-pub fn keys(ctx: &Context, hand: &mut Viewport, model: &Model, commands: &mut Commands) {
+pub fn keys(ctx: &Context, hand: &mut Viewport, commands: &mut Commands) {
     fly(ctx, hand, commands);
     if is_pressed(ctx, Modifiers::NONE, Key::Home) {
         commands.push(Command::FrameAll);
     }
     if is_pressed(ctx, Modifiers::NONE, Key::M) {
-        commands.push(Command::Layout(WindowLayout { overlay: !model.layout.overlay, ..model.layout.clone() }));
+        commands.lay_out(|layout| layout.overlay = !layout.overlay);
     }
     if is_pressed(ctx, Modifiers::NONE, Key::G) {
-        let now = Guide::ALL.iter().position(|guide| *guide == model.layout.guide).unwrap_or(0);
-        let guide = Guide::ALL[(now + 1) % Guide::ALL.len()];
-        commands.push(Command::Layout(WindowLayout { guide, ..model.layout.clone() }));
+        commands.lay_out(|layout| {
+            let now = Guide::ALL.iter().position(|guide| *guide == layout.guide).unwrap_or(0);
+            layout.guide = Guide::ALL[(now + 1) % Guide::ALL.len()];
+        });
     }
     expose(ctx, commands);
     if is_pressed(ctx, Modifiers::NONE, Key::OpenBracket) {

@@ -104,7 +104,7 @@ fn describe(scene: &Scene) {
 
 /// Tells what one scattering leaves out, or which of the exact back ends refuse more, in their words.
 fn describe_bounces(scene: &Scene, options: &Options) -> anyhow::Result<()> {
-    let scatters = scene.dust.is_some() && !(scene.stars.is_empty() && scene.emission.is_empty() && scene.background.spectrum.is_none());
+    let scatters = scene.dust.is_some() && !(scene.stars.is_empty() && scene.species().is_empty() && scene.background.spectrum.is_none());
     match scene.method.bounces {
         _ if !scatters => {}
         1 => say!(

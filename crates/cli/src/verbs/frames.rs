@@ -138,7 +138,7 @@ impl FrameArgs {
         let note = progress::Note::default();
         let control = progress::control_with(&note)?;
         let mut follower = Follower::new(shoot.sequence);
-        let first = shoot.scene.adjusted(follower.scene(frames.time(frames.first), &control)?, shoot.options.memory_limit)?;
+        let first = shoot.scene.adjusted(follower.scene(frames.time(frames.first), &control)?, shoot.options.memory_limit, &control)?;
         let first = outputs::layered(first, shoot.layers, shoot.outputs, shoot.options.memory_limit)?;
         let files = |number: i64| shoot.files(number, alone, &first.camera);
         shoot.check(&numbers, &files, &first)?;
@@ -251,7 +251,7 @@ impl Shoot<'_> {
         let pilots = self.sequence.pilots();
         let shared = FrameSettings::measured(
             &pilots,
-            |time| self.scene.uncropped(follower.scene(time, control)?, self.options.memory_limit),
+            |time| self.scene.uncropped(follower.scene(time, control)?, self.options.memory_limit, control),
             self.options,
             control,
         )?;
@@ -274,7 +274,7 @@ impl Shoot<'_> {
         let (begun, mut planning) = (Instant::now(), 0.0);
         let mut first = None;
         let at = |time: f64| -> anyhow::Result<Image> {
-            let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit)?;
+            let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit, control)?;
             let scene = outputs::layered(scene, self.layers, self.outputs, self.options.memory_limit)?;
             let display = shared.display(&scene.display);
             let scene = scene.with_display(display);

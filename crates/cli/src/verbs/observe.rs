@@ -72,7 +72,9 @@ impl Observe {
         let instrument = Arc::new(self.instrument(&scene)?);
         instrument.check()?;
         // Layers say what a picture is made of, and that is not what is recorded.
-        let scene = scene.with_layers(LayerChoice::default()).edited(|spec| spec.instrument = Some(instrument.clone()))?;
+        let control = progress::control()?;
+        let scene = scene.with_layers(LayerChoice::default());
+        let scene = scene.edited_within(options.memory_limit, &control, |spec| spec.instrument = Some(instrument.clone()))?;
         let raw: Vec<PathBuf> = match &self.raw {
             Some(pattern) => (1..=instrument.frames).map(|number| frame_file(pattern, number as i64)).collect::<anyhow::Result<_>>()?,
             None => Vec::new(),
@@ -82,7 +84,6 @@ impl Observe {
         }
         crate::verbs::refuse_inputs(&scene, &[&self.output[..], &raw].concat())?;
         Exposures::check(&instrument, &scene.camera, scene.observation, &scene.bands)?;
-        let control = progress::control()?;
         let start = Instant::now();
         let mut backend = (registry().by_name(&self.backend)?.open)(&scene)?;
         let (image, _) = Renderer::new(&mut *backend).render(Job::new(&scene, &options)?, &control)?;

@@ -10,7 +10,7 @@ fn image_place(column: f32, row: f32) -> vec2f {
 }
 
 // The direction at a place of an image of all around.
-// twin: barnard_scene::picture::camera::panorama::Layout::direction
+// twin: barnard_scene::picture::camera::panorama::PanoramaLayout::direction
 fn panorama_direction(at: vec2f) -> vec3f {
     let axes = mat3x3f(frame.forward.xyz, frame.across.xyz, frame.upwards.xyz);
     if SIGHT == DOME {

@@ -66,7 +66,7 @@ impl VelocitySteps {
     /// Those that a range needs.
     fn over((low, high): (f64, f64), step: f64) -> Result<Self> {
         let count = ((high - low) / step).ceil() + 1.0;
-        if count.is_nan() || count > MAX_VELOCITIES as f64 {
+        if !(step > 0.0 && count <= MAX_VELOCITIES as f64) {
             let value = format!("{} for velocities of {low:.3} to {high:.3} km/s", Velocity(step));
             let least = Velocity((high - low) / (MAX_VELOCITIES - 2) as f64);
             return Err(Error::out_of_range("velocity_step", value, format!("at least {least}, for at most {MAX_VELOCITIES} steps")));
@@ -261,5 +261,15 @@ mod tests {
         assert!(ball(true).with_motion(expansion(f64::NAN, 1.0)).shifted(&camera, 1 << 30, &Control::default()).is_err());
         // Gas at rest stays one species, and a continuum has no lines to move.
         assert_eq!(ball(true).with_motion(expansion(0.0, 1.0)).shifted(&camera, 1 << 30, &Control::default()).unwrap().len(), 1);
+    }
+
+    /// Steps that are not above zero, or too many, are refused.
+    #[test]
+    fn steps_are_above_zero() {
+        for step in [0.0, -0.1, -5.0, f64::NAN, 1e-9] {
+            assert!(VelocitySteps::over((0.0, 1.0), step).is_err(), "{step}");
+        }
+        assert_eq!(VelocitySteps::over((0.0, 1.0), 0.5).unwrap().count, 3);
+        assert_eq!(VelocitySteps::over((2.0, 2.0), 0.5).unwrap().count, 1);
     }
 }

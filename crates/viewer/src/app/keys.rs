@@ -35,7 +35,7 @@ impl App {
             self.model.screenshot();
         }
         self.moment_keys(ctx, commands);
-        viewport::keys(ctx, &mut self.viewport, &self.model, commands);
+        viewport::keys(ctx, &mut self.viewport, commands);
     }
 
     /// Keys of the file menu, which hold while something is typed as well: that is taken first.

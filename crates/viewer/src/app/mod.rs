@@ -135,7 +135,7 @@ impl App {
             Command::SetKey => model.set_key(),
             Command::DropKey => model.drop_key(),
             Command::KeysOfBookmarks => model.keys_of_bookmarks(),
-            Command::Layout(layout) => model.layout = layout,
+            Command::Layout(change) => change(&mut model.layout),
             Command::Point(pointer) => model.pointer = pointer,
             Command::Keep(probed) => model.probed = Some(probed),
             Command::Tell(words) => model.tell(words),

@@ -23,14 +23,13 @@ pub use about::help;
 
 /// Shows the menus on top.
 pub fn menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Commands) {
-    let mut layout = model.layout.clone();
     Panel::top("menu").frame(unfilled(ui)).show(ui, |ui| {
         egui::MenuBar::new().ui(ui, |ui| {
             ui.menu_button("File", |ui| file_menu(ui, recent, commands));
             ui.menu_button("Edit", |ui| edit_menu(ui, model, commands));
-            ui.menu_button("View", |ui| view_menu(ui, model, &mut layout, commands));
+            ui.menu_button("View", |ui| view_menu(ui, model, commands));
             if ui.button("Keys").on_hover_text("mouse and keys (F1)").clicked() {
-                layout.help = !layout.help;
+                commands.lay_out(|layout| layout.help = !layout.help);
             }
             let mark = if model.document.is_changed() { "*" } else { "" };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -38,9 +37,6 @@ pub fn menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Comman
             });
         });
     });
-    if layout != model.layout {
-        commands.push(Command::Layout(layout));
-    }
 }
 
 fn edit_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
@@ -52,7 +48,7 @@ fn edit_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     }
 }
 
-fn view_menu(ui: &mut Ui, model: &Model, layout: &mut WindowLayout, commands: &mut Commands) {
+fn view_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     if ui.add(egui::Button::new("Frame all").shortcut_text("Home")).clicked() {
         commands.push(Command::FrameAll);
     }
@@ -66,13 +62,21 @@ fn view_menu(ui: &mut Ui, model: &Model, layout: &mut WindowLayout, commands: &m
             }
         });
     });
-    ui.checkbox(&mut layout.overlay, "Stars and frame (M)");
-    ui.checkbox(&mut layout.scene, "Scene panel");
-    ui.checkbox(&mut layout.picture, "Picture panel");
-    ui.checkbox(&mut layout.timeline, "Timeline (T)");
+    let mut layout = model.layout.clone();
+    let mut checkbox = |label: &str, field: fn(&mut WindowLayout) -> &mut bool| {
+        if ui.checkbox(field(&mut layout), label).changed() {
+            commands.lay_out(move |layout| *field(layout) = !*field(layout));
+        }
+    };
+    checkbox("Stars and frame (M)", |layout| &mut layout.overlay);
+    checkbox("Scene panel", |layout| &mut layout.scene);
+    checkbox("Picture panel", |layout| &mut layout.picture);
+    checkbox("Timeline (T)", |layout| &mut layout.timeline);
     ui.menu_button("Frame guide (G)", |ui| {
         for guide in Guide::ALL {
-            ui.radio_value(&mut layout.guide, guide, guide.name());
+            if ui.radio(model.layout.guide == guide, guide.name()).clicked() {
+                commands.lay_out(move |layout| layout.guide = guide);
+            }
         }
     });
     if ui.add(egui::Button::new("Full screen").shortcut_text("F11")).clicked() {

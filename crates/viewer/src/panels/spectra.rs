@@ -8,10 +8,9 @@ use spectra::passband::Passband;
 use toml_edit::{ArrayOfTables, Item, Table, Value};
 
 use super::{band_colour, section, wavelength_colour};
-use crate::command::{Command, Commands};
+use crate::command::Commands;
 use crate::edit::{self, Edit, count, numbers, place_text, table};
 use crate::editor;
-use crate::layout::WindowLayout;
 use crate::model::Model;
 
 /// Points of a curve in the plot.
@@ -30,7 +29,7 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     section(ui, "Spectra", true, |ui| {
         let mut logarithmic = model.layout.logarithmic;
         if ui.checkbox(&mut logarithmic, "logarithmic").changed() {
-            commands.push(Command::Layout(WindowLayout { logarithmic, ..model.layout.clone() }));
+            commands.lay_out(move |layout| layout.logarithmic = logarithmic);
         }
         plot(ui, model, commands);
     });
@@ -86,11 +85,7 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
     let titles: Vec<String> = match name {
         "star" => model.document.stars().iter().map(|s| s.name.clone()).collect(),
-        // Those that stars make of [gas] come behind, and have no table of their own.
-        _ => {
-            let stated = count(model.document.toml().as_table(), name);
-            model.document.scene().species().iter().take(stated).map(|e| e.name.clone()).collect()
-        }
+        _ => model.document.scene().emission.iter().map(|e| e.name.clone()).collect(),
     };
     // Whoever adds one sees its keys.
     let is_new = |ui: &Ui, i: usize| ui.data(|data| data.get_temp::<usize>(added(name))) == Some(i);

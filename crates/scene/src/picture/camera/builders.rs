@@ -59,19 +59,20 @@ impl Camera {
     /// Copy of the camera with all around it, longitude by latitude, so many pixels wide and half as many high.
     #[must_use]
     pub fn with_equirectangular(self, width: usize) -> Self {
-        Self { projection: Projection::SPHERE, ..self.with_size(width, width.div_ceil(2)) }
+        Self { projection: Projection::SPHERE, part: None, ..self.with_size(width, width.div_ceil(2)) }
     }
 
     /// Copy of the camera with all around it on six faces of a cube, each of so many pixels along its edges.
     #[must_use]
     pub fn with_cubemap(self, edge: usize) -> Self {
-        Self { projection: Projection::CUBE, ..self.with_size(edge, 6 * edge) }
+        Self { projection: Projection::CUBE, part: None, ..self.with_size(edge, 6 * edge) }
     }
 
-    /// Copy of the camera with so many pixels.
+    /// Copy of the camera with so many pixels. The part of an image that it shows is forgotten where their number changes.
     #[must_use]
     pub fn with_size(self, width: usize, height: usize) -> Self {
-        Self { width, height, part: None, ..self }
+        let part = self.part.filter(|_| (self.width, self.height) == (width, height));
+        Self { width, height, part, ..self }
     }
 
     /// The camera of a part of the image, so many pixels from column and row on: its rays are those of the whole.

@@ -397,6 +397,8 @@ mod tests {
                 assert!((x - column).abs() < 1e-12 && (y - row).abs() < 1e-12);
             }
             assert_eq!((part.width, part.height), (30, 20));
+            assert_eq!(part.clone().with_size(30, 20).part, part.part);
+            assert!(part.part.is_some() && part.with_size(20, 20).part.is_none());
             for (column, row, width, height) in [(0, 0, 0, 5), (70, 0, 11, 5), (0, 59, 80, 2), (usize::MAX, 0, 1, 1)] {
                 assert!(whole.clone().crop(column, row, width, height).is_err());
             }
