@@ -105,7 +105,7 @@ class Plan:
 
     def __reduce__(self):
         """The scene; unpickling plans it again, with the same bits."""
-        self._check(self._session.tree.get("camera"))
+        self._now(self._session.tree.get("camera"))
         return _planned, (self._owner, self._session.tree.get("camera"), self._backend)
 
     def __repr__(self) -> str:
@@ -114,7 +114,8 @@ class Plan:
     def render(self, camera: Camera | dict[str, Any] | None = None, *, progress: bool | Listener | None = None) -> Image:
         """Renders the planned scene from its own camera or another.
 
-        Steps, rules and their errors are those of the plan's own camera. `Scene.render` measures them for each camera.
+        Steps, rules and their errors are those of the plan's own camera, and so are the wavelengths of moving gas. `Scene.render`
+        finds them for each camera.
 
         Raises
         ------
@@ -122,27 +123,28 @@ class Plan:
             If densities, lights, passbands, dust or method of the scene have changed.
         """
         camera = self._session.tree.get("camera") if camera is None else camera
-        moved = self._check(camera)
-        session, plan = self._session, self._plan
+        scene, plan = self._now(camera), self._plan
         with listening(progress) as listener:
-            if moved:
-                session = self._owner._session(camera)
-                plan = plan.look_from(session.scene, progress=listener)
-            return self._render(session, plan, listener)
+            if self._session.scene.differing(scene):
+                plan = plan.look_from(scene, progress=listener)
+            return self._render(scene, plan, listener)
 
-    def _check(self, camera: Any) -> bool:
-        """True if a camera is another than that of the plan; refuses a scene that has changed."""
-        now = self._owner._session(camera)
-        differing = self._session.scene.differing(now.scene)
-        if FIXED & set(differing):
-            changed = next((place for place in _changes(self._session.tree, now.tree) if FIXED & set(_parts(place))), "scene")
-            error = PlanError(f"{changed}: the scene has changed since the plan was made; make a new one with scene.plan()")
-            error.key = changed
-            raise error
-        return bool(differing)
+    def _now(self, camera: Camera | dict[str, Any] | None) -> _barnard.Scene:
+        """The scene as it is now, by a camera; refuses one that has changed."""
+        planned, seen = self._session, self._owner._session(camera)
+        if FIXED.isdisjoint(planned.scene.differing(seen.scene)):
+            return seen.scene
+        # Lines of moving gas are shifted by the camera, and the plan has those of its own.
+        now = self._owner._session(planned.tree.get("camera"))
+        if FIXED.isdisjoint(planned.scene.differing(now.scene)):
+            return now.scene.seen_as(seen.scene)
+        changed = next((place for place in _changes(planned.tree, now.tree) if FIXED & set(_parts(place))), "scene")
+        error = PlanError(f"{changed}: the scene has changed since the plan was made; make a new one with scene.plan()")
+        error.key = changed
+        raise error
 
-    def _render(self, session: Session, plan: _barnard.Plan, listener: Listener | None) -> Image:
-        image = Image(_barnard.render(session.scene, plan, self._backend, {}, session.limit, progress=listener))
+    def _render(self, scene: _barnard.Scene, plan: _barnard.Plan, listener: Listener | None) -> Image:
+        image = Image(_barnard.render(scene, plan, self._backend, {}, self._session.limit, progress=listener))
         spatial = image.report.spatial_error
         if image.report.misses_accuracy and spatial is not None:
             words = (

@@ -468,7 +468,7 @@ class Scene:
                 return Image(_barnard.render(session.scene, None, backend, options, session.limit, progress=listener))
         with listening(progress) as listener:
             plan = self.plan(camera, backend=backend, progress=listener)
-            return plan._render(plan._session, plan._plan, listener)
+            return plan._render(plan._session.scene, plan._plan, listener)
 
     def frames(self) -> FrameSequence:
         """The frames of a scene with a camera path, animated keys or a sequence.

@@ -157,3 +157,16 @@ def test_what_is_no_velocity_is_refused():
     scene.bands = "johnson"
     with pytest.raises(bn.SceneError, match="spectrograph"):
         scene.check()
+
+
+def test_a_plan_keeps_the_wavelengths_of_its_camera():
+    """Seen from behind, a turning ball turns the other way; a plan shows the wavelengths of its own camera, mirrored."""
+    scene = shell(["200*z", "0", "-200*x"], velocity_step="20 km/s")
+    plan, behind = scene.plan(), bn.PerspectiveCamera("0 0 -1000 pc", "0.15 deg", size=24, supersampling=2)
+    front, mirrored, behind_now = (band_of(image) for image in (plan.render(), plan.render(behind), scene.render(behind)))
+    off = lambda a, b: np.sqrt(((a - b) ** 2).sum() / (b**2).sum())  # noqa: E731
+    assert off(mirrored[:, :, ::-1], front) < 0.02 and off(behind_now, front) < 0.02
+    assert off(mirrored, front) > 0.5
+    scene.emission[0].scale = "2e-25 W/m3/sr"
+    with pytest.raises(bn.PlanError, match=r"emission"):
+        plan.render(behind)

@@ -102,4 +102,10 @@ impl Scene {
     fn differing(&self, other: &Self) -> Vec<String> {
         self.0.parts().differing(&other.0.parts()).iter().map(Part::to_string).collect()
     }
+
+    /// Copy by the camera of another scene; lines of moving gas keep their shifts.
+    fn seen_as(&self, other: &Self) -> Self {
+        let scene = barnard::Scene::clone(&self.0).with_camera(other.0.camera.clone());
+        Self(Owner { scene: Arc::new(scene), words: other.0.words.clone() })
+    }
 }
