@@ -1,6 +1,7 @@
 """The tables are those of the native rows, and the stub is what the native module has."""
 
 import ast
+import dataclasses
 import inspect
 from pathlib import Path
 
@@ -51,11 +52,16 @@ def names(body) -> set[str]:
 def test_the_stub_is_the_native_module():
     stub = ast.parse(Path(tables.__file__).with_name("_barnard.pyi").read_text(encoding="utf-8"))
     native = {name for name in dir(_barnard) if not name.startswith("__") or name == "__version__"}
-    assert names(stub.body) - {"KeyRow"} == native
-    for node in stub.body:
-        if isinstance(node, ast.ClassDef) and node.name != "KeyRow" and not any(base.id.endswith("Error") or base.id == "Exception" for base in node.bases):
-            native = {name for name in vars(getattr(_barnard, node.name)) if not name.startswith("__")}
-            assert names(node.body) - {"__new__"} == native, node.name
+    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    dictionaries = {name: names(node.body) for name, node in classes.items() if any(ast.unparse(base) == "TypedDict" for base in node.bases)}
+    assert names(stub.body) - set(dictionaries) == native
+    for name in set(classes) - set(dictionaries):
+        if not issubclass(getattr(_barnard, name), Exception):
+            native = {name for name in vars(getattr(_barnard, name)) if not name.startswith("__")}
+            assert names(classes[name].body) - {"__new__"} == native, name
+    # Dictionaries have the keys of what is made of them.
+    shown = {"ReportFacts": bn.Report, "SpatialFacts": bn.SpatialReport, "CertificateFacts": bn.Certificate, "ParameterFacts": bn.Parameter}
+    assert {name: dictionaries[name] for name in shown} == {name: {field.name for field in dataclasses.fields(cls)} for name, cls in shown.items()}
 
 
 def test_everything_public_has_words():
