@@ -53,7 +53,7 @@ pub enum Command {
     KeysOfBookmarks,
     /// Opens and closes panels and marks.
     Layout(Box<dyn FnOnce(&mut WindowLayout)>),
-    /// Points at a place of the picture, in parts of its width and height, or at none.
+    /// Moves the probe to a point of the picture, as fractions of its width and height; `None` removes it.
     Point(Option<(f64, f64)>),
     /// Keeps the spectrum that the probe found.
     Keep(Probed),

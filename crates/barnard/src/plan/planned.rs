@@ -9,7 +9,7 @@ use super::{Options, Plan, SpatialPlan, Stepping};
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::light::{Light, LightPart};
+use crate::light::LightPart;
 use crate::scene::{Part, Parts, Scene};
 
 /// Parts of a scene that its plan fixes, for any method and camera.
@@ -168,12 +168,12 @@ impl Planned {
     /// Copy of the plan of which only some parts of the light shine.
     #[must_use]
     pub(crate) fn only(&self, shines: impl Fn(LightPart) -> bool) -> Self {
-        let every = |light: &Light| shines(light.route.part());
-        let mut plan = Plan { shining: Some(self.plan.lights.iter().map(every).collect()), ..self.plan.clone() };
+        let mut planned = self.clone();
+        planned.plan.shining = Some(self.plan.lights.iter().map(|light| shines(light.route.part())).collect());
         if !shines(LightPart::Scattered) {
-            (plan.light_field, plan.scattered_field) = (None, None);
+            (planned.plan.light_field, planned.plan.scattered_field) = (None, None);
         }
-        Self { plan, ..self.clone() }
+        planned
     }
 
     /// Copy of the plan with the depths and densities of another: for tests of back ends that sweep depths themselves.

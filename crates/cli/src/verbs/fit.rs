@@ -110,7 +110,7 @@ impl Fit {
         if self.json {
             crate::json::print(&json(&free, &images.units(), &first, &fitted));
         }
-        let found = FitOutputs { free: &free, first: &first, images: &images, fitted: &fitted };
+        let found = FinishedFit { free: &free, first: &first, images: &images, fitted: &fitted };
         self.write(&found, &left, &residuals, &file.scene)?;
         warn(&free, &fitted);
         Ok(ExitCode::SUCCESS)
@@ -135,8 +135,8 @@ impl Fit {
     }
 
     /// Writes the outputs, and prints their names.
-    fn write(&self, found: &FitOutputs, left: &[PathBuf], residuals: &[Residuals], scene: &Scene) -> anyhow::Result<()> {
-        let FitOutputs { free, first, images, fitted } = found;
+    fn write(&self, found: &FinishedFit, left: &[PathBuf], residuals: &[Residuals], scene: &Scene) -> anyhow::Result<()> {
+        let FinishedFit { free, first, images, fitted } = found;
         let wrote = |path: &PathBuf| say!("wrote {}", path.display());
         if let Some(path) = &self.output {
             replace(path, format!("{:#}\n", json(free, &images.units(), first, fitted)).as_bytes())?;
@@ -251,8 +251,8 @@ fn value_words(fitted: &Fitted, i: usize) -> String {
     format!("{} +- {}", written(value, reaching), written(sigma, 1))
 }
 
-/// A fit and what was fitted.
-struct FitOutputs<'a> {
+/// A finished fit, with its free keys and images.
+struct FinishedFit<'a> {
     free: &'a [Parameter],
     first: &'a [f64],
     images: &'a Images,

@@ -261,7 +261,7 @@ impl StarRows<'_> {
         SkyPlace::parse(self.columns.frame, &format!("{} {}", coordinate(0), coordinate(1))).map_err(|error| error.to_string())
     }
 
-    /// What tells the spectrum: a type, a temperature, a magnitude in the `second` passband, or nothing.
+    /// Source of the spectrum: a type, a temperature, a magnitude in the `second` passband, or the default temperature.
     fn colour(&mut self, cells: &[String], brightness: f64, second: &str) -> std::result::Result<Colour, String> {
         let (kind, kelvin) = (cell(cells, self.columns.kind), cell(cells, self.columns.temperature));
         if !kind.is_empty() {
@@ -297,9 +297,8 @@ fn wrong(label: &Arc<str>, line: usize, message: String) -> Error {
 
 /// Columns of magnitudes with their passbands, and true if the second is the colour B − V.
 fn magnitudes(section: &Section, table: &TextTable, names: &[&str]) -> Result<(Vec<(usize, Passband)>, bool)> {
-    let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
     let mut bands: Vec<(usize, Passband)> = Vec::new();
-    if let Some(column) = find(&["magnitude", "mag"]) {
+    if let Some(column) = find(names, &["magnitude", "mag"]) {
         let name = section.read(&MAGNITUDE_BAND)?;
         bands.push((column, section.wrap(&MAGNITUDE_BAND, Passband::by_name(name))?));
     } else {
@@ -313,20 +312,24 @@ fn magnitudes(section: &Section, table: &TextTable, names: &[&str]) -> Result<(V
             bands.push((column, section.wrap(&FILE, Passband::by_name(band))?));
         }
     }
-    let colour = find(&COLOURS).filter(|_| bands.len() == 1 && bands[0].1.name() == "johnson-V");
+    let colour = find(names, &COLOURS).filter(|_| bands.len() == 1 && bands[0].1.name() == "johnson-V");
     if let Some(column) = colour {
         bands.push((column, section.wrap(&FILE, Passband::by_name("johnson-B"))?));
     }
     Ok((bands, colour.is_some()))
 }
 
-/// Columns of places, and their frame.
+/// The first column with one of the known names.
+fn find(names: &[&str], known: &[&str]) -> Option<usize> {
+    names.iter().position(|name| known.contains(name))
+}
+
+/// Columns of sky positions, and their frame.
 ///
 /// # Errors
 /// If there are none; a hint where a name is misspelt.
 fn sky_columns(names: &[&str]) -> std::result::Result<(SkyFrame, [usize; 2]), String> {
-    let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
-    let pair = |first: &[&str], second: &[&str]| find(first).zip(find(second)).map(|(a, b)| [a, b]);
+    let pair = |first: &[&str], second: &[&str]| find(names, first).zip(find(names, second)).map(|(a, b)| [a, b]);
     let icrs = pair(&RIGHT_ASCENSION, &DECLINATION).map(|place| (SkyFrame::Icrs, place));
     let found = icrs.or_else(|| pair(&LONGITUDE, &LATITUDE).map(|place| (SkyFrame::Galactic, place)));
     found.ok_or_else(|| {
@@ -341,7 +344,6 @@ fn sky_columns(names: &[&str]) -> std::result::Result<(SkyFrame, [usize; 2]), St
 fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<StarColumns> {
     let parted: Vec<(String, Option<&str>)> = table.columns.iter().map(|column| TextTable::parted(column)).collect();
     let names: Vec<&str> = parted.iter().map(|(name, _)| unit_behind(name).0).collect();
-    let find = |known: &[&str]| names.iter().position(|name| known.contains(name));
     let (frame, place) = sky_columns(&names).map_err(|hint| {
         let named = table.columns.join(", ");
         wrong(label, table.line, format!("has no columns \"ra\" and \"dec\", or \"glon\" and \"glat\" ({named}){hint}"))
@@ -365,7 +367,7 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Sta
             wrong(label, table.line, message)
         })?;
     }
-    let temperature = find(&["temperature", "teff", "teff_gspphot"]);
+    let temperature = find(&names, &["temperature", "teff", "teff_gspphot"]);
     let kelvin = temperature.and_then(|column| Some((column, parted[column].1?)));
     let kelvin = kelvin.map(|(column, unit)| {
         Temperature::unit_size(unit).ok_or_else(|| {
@@ -389,8 +391,8 @@ fn columns(section: &Section, table: &TextTable, label: &Arc<str>) -> Result<Sta
         place,
         degrees,
         is_hyg,
-        name: find(&["name", "proper", "proper_name"]),
-        kind: find(&["type", "spectral_type"]),
+        name: find(&names, &["name", "proper", "proper_name"]),
+        kind: find(&names, &["type", "spectral_type"]),
         temperature,
         kelvin: kelvin.transpose()?,
         is_colour,

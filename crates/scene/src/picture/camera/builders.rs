@@ -56,26 +56,26 @@ impl Camera {
         Self { projection: Projection::dome(aperture.to_radians(), tilt.to_radians()), ..self }
     }
 
-    /// Copy of the camera with all around it, longitude by latitude, so many pixels wide and half as many high.
+    /// Copy of the camera with an equirectangular image of the whole sphere, `width` pixels wide and half as high.
     #[must_use]
     pub fn with_equirectangular(self, width: usize) -> Self {
         Self { projection: Projection::SPHERE, part: None, ..self.with_size(width, width.div_ceil(2)) }
     }
 
-    /// Copy of the camera with all around it on six faces of a cube, each of so many pixels along its edges.
+    /// Copy of the camera with six faces of a cube, each `edge` pixels wide.
     #[must_use]
     pub fn with_cubemap(self, edge: usize) -> Self {
         Self { projection: Projection::CUBE, part: None, ..self.with_size(edge, 6 * edge) }
     }
 
-    /// Copy of the camera with so many pixels. The part of an image that it shows is forgotten where their number changes.
+    /// Copy of the camera with another image size \[pixels\]; another size removes a crop.
     #[must_use]
     pub fn with_size(self, width: usize, height: usize) -> Self {
         let part = self.part.filter(|_| (self.width, self.height) == (width, height));
         Self { width, height, part, ..self }
     }
 
-    /// The camera of a part of the image, so many pixels from column and row on: its rays are those of the whole.
+    /// Camera of a part of the image: `width` × `height` pixels from `column` and `row`, with the rays of the whole image.
     ///
     /// # Errors
     /// If there are no pixels in it, or it goes beyond the image.
