@@ -211,9 +211,8 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
     more = "copy: bool = True" if sampled else ""
     names = (["kind"] if choice else []) + [key.name for key in keys] + (["copy"] if sampled else [])
     # The class of a kind sets its keys as the class of all kinds does, without its required ones.
-    start = "Table.__init__" if kind and base not in ("Field", "Sampled") else "super().__init__"
     lines += ["", *call("def __init__", ["self", *signature(row, keys, choice, of_kinds, more)], ":", "    ")]
-    lines += [*call(start, (["self"] if start != "super().__init__" else []) + [f"{name}={name}" for name in names], "", "        "), ""]
+    lines += [*call("Table.__init__", ["self", *(f"{name}={name}" for name in names)], "", "        "), ""]
     return "\n".join(lines)
 
 

@@ -24,12 +24,12 @@ class Field(Table):
 class Sampled(Field):
     """A field whose key `file` may be an array in memory, or one in bricks."""
 
-    def __init__(self, **keys: Any):
+    def _begin(self, keys: dict[str, Any]) -> None:
         object.__setattr__(self, "_array", None)
         object.__setattr__(self, "_bricks", None)
         object.__setattr__(self, "_copy", keys.pop("copy", True))
         object.__setattr__(self, "_clips", bool(keys.get("clip")))
-        super().__init__(**keys)
+        super()._begin(keys)
 
     @property
     def values(self) -> np.ndarray | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import itertools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
@@ -64,12 +63,16 @@ class Table:
     _kind: ClassVar[str | None] = None
 
     def __init__(self, **keys: Any):
-        object.__setattr__(self, _SPOKEN, {})
-        object.__setattr__(self, _GIVEN, {})
+        self._begin(keys)
         # The kind says which other keys there are.
         for key in sorted(keys, key=lambda key: key != "kind"):
             if keys[key] is not None:
                 setattr(self, key, keys[key])
+
+    def _begin(self, keys: dict[str, Any]) -> None:
+        """Makes the table empty, and takes what is no key out of `keys`."""
+        object.__setattr__(self, _SPOKEN, {})
+        object.__setattr__(self, _GIVEN, {})
 
     def __init_subclass__(cls, **options: Any):
         super().__init_subclass__(**options)
@@ -82,9 +85,8 @@ class Table:
     def of(cls, keys: dict[str, Any]) -> Self:
         """A table of these keys, whether all that are needed are there or not."""
         table = cls.__new__(cls)
-        # Constructors of tables and of their kinds require keys; what is below them does not.
-        *_, last = itertools.takewhile(lambda base: base is not Table and base.__dict__.keys() & {"_path", "_kind"}, cls.__mro__)
-        super(last, table).__init__(**keys)  # type: ignore[arg-type]
+        # Constructors of kinds require keys; this one does not.
+        Table.__init__(table, **keys)
         return table
 
     @classmethod

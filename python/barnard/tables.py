@@ -107,7 +107,8 @@ class Grid(Sampled):
         clip: bool | None = None,
         copy: bool = True,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             file=file,
             array=array,
             axes=axes,
@@ -178,7 +179,8 @@ class Fbm(Field):
         variant: Literal["plain", "ridged"] | None = None,
         warp: Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             seed=seed,
             centre=centre,
             radius=radius,
@@ -212,7 +214,7 @@ class Sphere(Field):
     _kind = "sphere"
 
     def __init__(self, radius: Quantity, *, centre: Position | None = None):
-        super().__init__(centre=centre, radius=radius)
+        Table.__init__(self, centre=centre, radius=radius)
 
 
 class Box(Field):
@@ -235,7 +237,7 @@ class Box(Field):
     _kind = "box"
 
     def __init__(self, low: Position, high: Position):
-        super().__init__(low=low, high=high)
+        Table.__init__(self, low=low, high=high)
 
 
 class Plummer(Field):
@@ -260,7 +262,7 @@ class Plummer(Field):
     _kind = "plummer"
 
     def __init__(self, core: Quantity, *, centre: Position | None = None, cut: Quantity | None = None):
-        super().__init__(centre=centre, core=core, cut=cut)
+        Table.__init__(self, centre=centre, core=core, cut=cut)
 
 
 class Shell(Field):
@@ -286,7 +288,7 @@ class Shell(Field):
     _kind = "shell"
 
     def __init__(self, radius: Quantity, thickness: Quantity, *, centre: Position | None = None):
-        super().__init__(centre=centre, radius=radius, thickness=thickness)
+        Table.__init__(self, centre=centre, radius=radius, thickness=thickness)
 
 
 class Slab(Field):
@@ -320,7 +322,7 @@ class Slab(Field):
         centre: Position | None = None,
         normal: Sequence[float] | None = None,
     ):
-        super().__init__(centre=centre, normal=normal, thickness=thickness, extent=extent)
+        Table.__init__(self, centre=centre, normal=normal, thickness=thickness, extent=extent)
 
 
 class Turbulence(Field):
@@ -369,7 +371,8 @@ class Turbulence(Field):
         plasma_beta: float | None = None,
         slope: float | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             seed=seed,
             low=low,
             high=high,
@@ -401,7 +404,7 @@ class Expression(Field):
     _kind = "expression"
 
     def __init__(self, formula: str):
-        super().__init__(formula=formula)
+        Table.__init__(self, formula=formula)
 
 
 class Stereo(Table):
@@ -434,7 +437,8 @@ class Stereo(Table):
         arrangement: Literal["over_under", "side_by_side"] | None = None,
         pole_merge: Sequence[Quantity] | Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             eye_distance=eye_distance,
             convergence=convergence,
             arrangement=arrangement,
@@ -492,7 +496,8 @@ class Keyframe(Table):
         aperture: Quantity | None = None,
         tilt: Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             time=time,
             position=position,
             target=target,
@@ -542,7 +547,8 @@ class CameraPath(Table):
         ease: Quantity | None = None,
         constant_speed: bool | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             key=key,
             file=file,
             unit=unit,
@@ -620,7 +626,8 @@ class Camera(Table):
         aperture: Quantity | None = None,
         tilt: Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             kind=kind,
             position=position,
             target=target,
@@ -994,7 +1001,7 @@ class Albedo(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        super().__init__(kind=kind, value=value, slope=slope, at=at, file=file, unit=unit, column=column)
+        Table.__init__(self, kind=kind, value=value, slope=slope, at=at, file=file, unit=unit, column=column)
 
 
 class ConstantAlbedo(Albedo):
@@ -1119,7 +1126,7 @@ class Phase(Table):
         alpha: float | None = None,
         file: Path | None = None,
     ):
-        super().__init__(kind=kind, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha, file=file)
+        Table.__init__(self, kind=kind, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha, file=file)
 
 
 class IsotropicPhase(Phase):
@@ -1288,7 +1295,8 @@ class Dust(Table):
         albedo: float | Albedo | None = None,
         phase: Phase | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             density=density,
             scale=scale,
             mass_per_h=mass_per_h,
@@ -1394,7 +1402,8 @@ class Star(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             kind=kind,
             name=name,
             position=position,
@@ -1876,7 +1885,8 @@ class StarTable(Table):
         distance: Quantity | None = None,
         magnitude_system: Literal["vega", "ab"] | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             file=file,
             columns=columns,
             visible=visible,
@@ -1975,7 +1985,8 @@ class Emission(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             kind=kind,
             name=name,
             density=density,
@@ -2340,7 +2351,8 @@ class Gas(Table):
         velocity: str | Sequence[str] | None = None,
         velocity_step: Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             density=density,
             abundances=abundances,
             voxels=voxels,
@@ -2383,7 +2395,7 @@ class StarField(Table):
         brightest: float | None = None,
         faintest: float | None = None,
     ):
-        super().__init__(seed=seed, density=density, brightest=brightest, faintest=faintest)
+        Table.__init__(self, seed=seed, density=density, brightest=brightest, faintest=faintest)
 
 
 class StarCatalogue(Table):
@@ -2433,7 +2445,8 @@ class StarCatalogue(Table):
         catalogue_epoch: float | None = None,
         faintest: float | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             file=file,
             axes=axes,
             magnitude_band=magnitude_band,
@@ -2514,7 +2527,8 @@ class Background(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             kind=kind,
             radiance=radiance,
             wavelength=wavelength,
@@ -2795,7 +2809,7 @@ class Detail(Table):
         deviation: float | None = None,
         slope: float | None = None,
     ):
-        super().__init__(seed=seed, octaves=octaves, strength=strength, deviation=deviation, slope=slope)
+        Table.__init__(self, seed=seed, octaves=octaves, strength=strength, deviation=deviation, slope=slope)
 
 
 class Spectrograph(Table):
@@ -2833,7 +2847,8 @@ class Spectrograph(Table):
         resolving_power: float | None = None,
         rest_wavelength: Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             low=low,
             high=high,
             count=count,
@@ -2923,7 +2938,8 @@ class Band(Table):
         low: Quantity | None = None,
         high: Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             kind=kind,
             name=name,
             counting=counting,
@@ -3212,7 +3228,7 @@ class Glare(Table):
         seeing: float | None = None,
         halo: float | None = None,
     ):
-        super().__init__(optics=optics, size=size, rotation=rotation, seeing=seeing, halo=halo)
+        Table.__init__(self, optics=optics, size=size, rotation=rotation, seeing=seeing, halo=halo)
 
 
 class Display(Table):
@@ -3260,7 +3276,8 @@ class Display(Table):
         bits: int | None = None,
         glare: Glare | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             palette=palette,
             matrix=matrix,
             balance=balance,
@@ -3309,7 +3326,7 @@ class Observation(Table):
         distance: Quantity | None = None,
         unit: Literal["W m-2 sr-1", "erg s-1 cm-2 arcsec-2", "MJy/sr", "R", "photon s-1 m-2 sr-1", "electron s-1", "mag/arcsec2 AB", "mag/arcsec2 ST", "mag/arcsec2 Vega"] | None = None,
     ):
-        super().__init__(target=target, frame=frame, position_angle=position_angle, distance=distance, unit=unit)
+        Table.__init__(self, target=target, frame=frame, position_angle=position_angle, distance=distance, unit=unit)
 
 
 class PointSpread(Table):
@@ -3376,7 +3393,8 @@ class PointSpread(Table):
         hdu: str | None = None,
         pixel_scale: Quantity | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             kind=kind,
             optics=optics,
             vanes=vanes,
@@ -3598,7 +3616,8 @@ class Instrument(Table):
         frames: int | None = None,
         seed: int | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             preset=preset,
             aperture=aperture,
             obstruction=obstruction,
@@ -3659,7 +3678,8 @@ class Output(Table):
         precision: Literal["half", "float"] | None = None,
         compression: Literal["none", "rle", "zips", "zip", "piz", "pxr24"] | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             layers=layers,
             channels=channels,
             color_space=color_space,
@@ -3689,7 +3709,7 @@ class PathTracer(Table):
     _path = "method.path"
 
     def __init__(self, *, samples: int | None = None, target_error: float | None = None, seed: int | None = None):
-        super().__init__(samples=samples, target_error=target_error, seed=seed)
+        Table.__init__(self, samples=samples, target_error=target_error, seed=seed)
 
 
 class Reference(Table):
@@ -3709,7 +3729,7 @@ class Reference(Table):
     _path = "method.reference"
 
     def __init__(self, *, accuracy: float | None = None):
-        super().__init__(accuracy=accuracy)
+        Table.__init__(self, accuracy=accuracy)
 
 
 class Device(Table):
@@ -3729,7 +3749,7 @@ class Device(Table):
     _path = "method.gpu"
 
     def __init__(self, *, on_the_fly: bool | None = None):
-        super().__init__(on_the_fly=on_the_fly)
+        Table.__init__(self, on_the_fly=on_the_fly)
 
 
 class Method(Table):
@@ -3807,7 +3827,8 @@ class Method(Table):
         reference: Reference | None = None,
         gpu: Device | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             name=name,
             accuracy=accuracy,
             count=count,
@@ -3860,7 +3881,7 @@ class Animation(Table):
         *,
         interpolation: Literal["catmull_rom", "bezier", "linear", "step"] | None = None,
     ):
-        super().__init__(of=of, times=times, values=values, interpolation=interpolation)
+        Table.__init__(self, of=of, times=times, values=values, interpolation=interpolation)
 
 
 class Frames(Table):
@@ -3896,7 +3917,8 @@ class Frames(Table):
         shutter: Quantity | None = None,
         shutter_moments: int | None = None,
     ):
-        super().__init__(
+        Table.__init__(
+            self,
             frames_per_second=frames_per_second,
             first_frame=first_frame,
             duration=duration,

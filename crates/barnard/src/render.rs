@@ -17,7 +17,7 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     render_with(scene, options, &Control::default())
 }
 
-/// Renders like [`render`], while `control` hears of progress and can stop the work.
+/// Renders like [`render`], with progress and interruption by `control`.
 ///
 /// # Errors
 /// Errors of [`render`], and [`Interrupted`](crate::Error::Interrupted).

@@ -78,7 +78,7 @@ impl Sequence {
     /// The scene at a moment \[s\].
     ///
     /// # Errors
-    /// Errors of [`Scene::from_properties`]; the moment is said.
+    /// Errors of [`Scene::from_properties`]; the error states the time.
     pub fn scene(&self, time: f64) -> Result<Scene> {
         Follower::new(self).scene(time, &Control::default())
     }
@@ -143,7 +143,7 @@ impl Follower {
     /// The scene at a moment \[s\].
     ///
     /// # Errors
-    /// Errors of [`Scene::from_properties`]; the moment is said. And on interruption by the user.
+    /// Errors of [`Scene::from_properties`]; the error states the time. And on interruption by the user.
     pub fn scene(&mut self, time: f64, control: &Control) -> Result<Scene> {
         let Sequence { tree, name, loader, timeline, provenance } = &self.sequence;
         let loader = &loader.under(control);

@@ -15,7 +15,7 @@ pub struct RenderStats {
 }
 
 impl RenderStats {
-    /// The statistics of a back end that tells nothing but its rays.
+    /// Statistics of a back end that counts only rays.
     pub fn of_rays(rays: u64) -> Self {
         Self { depth: f64::NAN, rays, storage: 0.0, negative: 0 }
     }

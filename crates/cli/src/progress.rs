@@ -32,7 +32,7 @@ impl Note {
     }
 }
 
-/// A control that shows progress and hears Ctrl-C.
+/// A control that shows progress and stops on Ctrl-C.
 pub fn control() -> anyhow::Result<Control> {
     control_with(&Note::default())
 }

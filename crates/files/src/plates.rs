@@ -190,7 +190,7 @@ impl PlateArchive<'_> {
         Ok(values)
     }
 
-    /// Rows of so many numbers.
+    /// Rows of a given number of numbers.
     fn rows(&self, name: &str, length: usize) -> Result<Vec<Vec<f64>>> {
         let (shape, values) = self.any::<f64>(name)?;
         if shape.len() != 2 || shape[1] != length as u64 || length == 0 {

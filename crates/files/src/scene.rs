@@ -121,12 +121,12 @@ impl SceneFile {
 /// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
 ///
 /// # Errors
-/// If the file cannot be read or is no scene; file, line and key are said.
+/// If the file cannot be read or is no scene; the error states file, line and key.
 pub fn load(path: &Path, memory_limit: u64) -> Result<Scene> {
     load_by(path, memory_limit, Loader::clone)
 }
 
-/// Variant by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
+/// Variant by a loader that was `prepared`, with a control for progress and interruption, or with a device.
 ///
 /// # Errors
 /// Errors of [`load`], and on interruption by the user.

@@ -61,7 +61,7 @@ fn a_lost_device_does_not_lose_the_picture() {
     }
 }
 
-/// An adapter without timestamps renders the same, and tells no time.
+/// An adapter without timestamps renders the same, without timings.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn timestamps_are_not_needed() {
@@ -167,7 +167,7 @@ fn the_processor_sweeps_what_a_device_cannot() {
 }
 
 /// Ionising light that a device has no room to trace, or that goes in the middle of it, is traced by the processor, with the same
-/// bits; who has traced is said, and why.
+/// bits; the report names the device and the reason.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn the_processor_traces_what_a_device_cannot() {

@@ -30,9 +30,9 @@ pub struct Gpu {
     pub adapter: Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// The times at which a pass begins and ends, where the device tells.
+    /// The times at which a pass begins and ends, if the device measures them.
     pub(crate) timer: Option<wgpu::QuerySet>,
-    /// The complaints of the device, which wgpu tells elsewhere than where they happen.
+    /// Errors of the device, which wgpu reports asynchronously.
     complaints: Arc<Mutex<Complaints>>,
 }
 
@@ -154,7 +154,7 @@ impl Gpu {
         format!("gpu: {} ({})", self.adapter.name, self.adapter.api)
     }
 
-    /// Room for so many bytes.
+    /// Room for a given number of bytes.
     pub(crate) fn buffer(&self, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
     }

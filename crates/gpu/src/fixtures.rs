@@ -10,7 +10,7 @@ pub fn plan_of(scene: &Scene) -> Planned {
     Planner::new(&options).with_quality(Quality::Fixed(40)).plan(scene, None, &Control::default()).unwrap()
 }
 
-/// The cloud of these tests with so many voxels along an edge.
+/// The cloud of these tests with a given number of voxels along an edge.
 pub fn scene(bake: usize, method: &str) -> Scene {
     parsed(text(bake, method))
 }

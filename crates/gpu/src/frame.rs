@@ -155,7 +155,7 @@ impl SightConstants {
 }
 
 impl FrameConstants {
-    /// The frame of a plan whose loops show by so many turns that they turn, seen from `middle`, whose terms have the
+    /// The frame of a plan whose loops count their turns, seen from `middle`, whose terms have the
     /// extinctions `k`; dust is at most `brightest` [pc⁻¹].
     pub fn new(plan: &Plan, shown_turns: usize, middle: DVec3, k: &[f32], brightest: f32, counts: [u32; 4]) -> Self {
         let camera: &Camera = plan.camera();

@@ -156,7 +156,7 @@ impl DeviceMarch {
 
     /// Puts star `star` to `place` \[pc\]: its depths are swept anew on the device, all others stay. Light that was
     /// scattered before stays that of the place before. A plan that is taken later has its own places again. Returns
-    /// the device's seconds for it, where it tells.
+    /// the device's seconds for it, if it measures them.
     ///
     /// # Errors
     /// If the plan has no such star, or no star depths, and if the device gives up; the star stays where it was
@@ -308,7 +308,7 @@ impl DeviceMarch {
         Ok(bytemuck::pod_read_unaligned(&self.gpu.read(&self.buffers.report, REPORT_BYTES, &mut self.buffers.back)?))
     }
 
-    /// Renders the rows of `held`, some at a time; `visit` hears how many.
+    /// Renders the rows of `held`, some at a time; `visit` receives how many.
     fn dispatch(
         &mut self,
         stored: Strip,
@@ -382,7 +382,7 @@ impl DeviceMarch {
         gpu.queue.submit([encoder.finish()]);
     }
 
-    /// The time between the timestamps of so many dispatches [s].
+    /// The time between the timestamps of a given number of dispatches [s].
     fn device_seconds(&mut self, dispatches: usize) -> Result<Option<f64>> {
         let Some(times) = self.buffers.times.as_ref().filter(|_| dispatches <= TIMED) else { return Ok(None) };
         let values = self.gpu.read(times, dispatches as u64 * TIMES, &mut self.buffers.back)?;

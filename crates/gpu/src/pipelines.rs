@@ -57,7 +57,7 @@ mod tests {
     use crate::layout::quads;
     use crate::test_device::device;
 
-    /// Plans that come back find their pipelines, and no more than so many are kept.
+    /// Plans that come back find their pipelines, and the number of kept ones is limited.
     #[test]
     #[ignore = "needs a graphics adapter: --include-ignored"]
     fn shapes_that_come_back_are_not_compiled_again() {

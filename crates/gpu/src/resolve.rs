@@ -25,7 +25,7 @@ pub struct Resolver {
 }
 
 impl Resolver {
-    /// A resolver of pictures of so many pixels along a row, and rows.
+    /// A resolver of pictures of a given number of pixels along a row, and rows.
     pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
         let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {

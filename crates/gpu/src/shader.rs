@@ -21,7 +21,7 @@ const FILES: [&str; 12] = [
     include_str!("shaders/march.wgsl"),
 ];
 
-/// WGSL for a shape, by workgroups of so many rays across and down.
+/// WGSL for a shape, by workgroups of a given number of rays across and down.
 pub fn source(shape: &ShaderShape, offsets: &Offsets, workgroup: (u32, u32), pauses: Pauses) -> String {
     let files = FILES.iter().copied().chain([shape.form.wgsl]);
     let mut limits = limits(shape);

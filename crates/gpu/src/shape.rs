@@ -72,7 +72,7 @@ pub struct ShaderShape {
     pub sight: Sight,
     pub form: &'static FormEntry,
     pub quads: usize,
-    /// Room for so many terms.
+    /// Room for a given number of terms.
     pub room: usize,
     /// The number of terms of each band; where bands share them, all stand first.
     pub terms: Vec<usize>,

@@ -99,7 +99,7 @@ impl StarSweeper {
     }
 
     /// A texture like that of `target`, with the depths from `star` through `dust` in its channel, and the seconds of
-    /// the device where it tells.
+    /// the device if it measures it.
     ///
     /// # Errors
     /// For places that are none or too far, volumes beyond the device's limits, and devices that give up.

@@ -26,7 +26,7 @@ pub fn slot_of(quads: &[Quad], volumes: &[&Volume], channel: Channel) -> Option<
     quads.iter().enumerate().find_map(|(q, quad)| lane(quad).map(|lane| (q, lane)))
 }
 
-/// Room for so many terms: a power of two, so that an edit seldom leaves it.
+/// Room for a given number of terms: a power of two, so that an edit seldom leaves it.
 pub fn room(terms: usize) -> usize {
     terms.next_power_of_two().max(32)
 }
@@ -36,7 +36,7 @@ pub fn room(terms: usize) -> usize {
 pub struct QuadList(pub Vec<[f32; 4]>);
 
 impl QuadList {
-    /// Numbers in a row, filled up with zeros to at least so many quads.
+    /// Numbers in a row, padded with zeros to at least a number of quads.
     pub fn numbers(&mut self, numbers: &[f32], least: usize) {
         let quads = numbers.len().div_ceil(4).max(least);
         let at = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
@@ -93,7 +93,7 @@ impl Tables {
         self.starts.push((section, self.list.0.len()));
     }
 
-    /// A section of so many quads that are [put](Self::put) later.
+    /// A section of a given number of quads that are [put](Self::put) later.
     pub fn reserve(&mut self, section: &'static str, quads: usize) -> Range<usize> {
         self.begin(section);
         let start = self.list.0.len();

@@ -40,7 +40,7 @@ pub fn dark(gpu: &Gpu) -> wgpu::TextureView {
     uploaded(gpu, [1; 3], &[f16::ZERO; 4])
 }
 
-/// A texture of so many voxels that shaders write and read.
+/// A texture of a given number of voxels that shaders write and read.
 pub fn usable(gpu: &Gpu, dims: [usize; 3]) -> wgpu::TextureView {
     gpu.device.create_texture(&descriptor(dims, wgpu::TextureUsages::STORAGE_BINDING)).create_view(&Default::default())
 }

@@ -102,7 +102,7 @@ impl Benchmark {
         let beta = (found.line)("Ba4-2");
         let row = |cells: Vec<&'static str>| {
             let quantity = cells[1];
-            // A unit of so many begins with its number.
+            // A unit with a factor begins with its number.
             let unit: f64 =
                 quantity.split_once("[1e").and_then(|(_, rest)| format!("1e{}", rest.split(' ').next()?).parse().ok()).unwrap_or(1.0);
             let unit = match quantity.split(' ').next() {

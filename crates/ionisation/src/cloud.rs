@@ -141,7 +141,7 @@ impl Cloud<'_> {
     }
 }
 
-/// Means over blocks of so many voxels along each edge, and how many blocks there are; beyond the last voxel of an edge there
+/// Means over blocks of a given number of voxels along each edge, and how many blocks there are; beyond the last voxel of an edge there
 /// is nothing.
 pub fn block_means(dims: [usize; 3], values: &[f32], block: usize) -> ([usize; 3], Vec<f32>) {
     let blocks = dims.map(|n| n.div_ceil(block));

@@ -248,7 +248,7 @@ impl<'a> VoxelSolver<'a> {
 mod tests {
     use super::*;
 
-    /// In the mean over ways that are distributed as told, as much light is left as behind the slab.
+    /// In the mean over ways that are of that distribution, as much light is left as behind the slab.
     #[test]
     fn as_much_is_left_on_all_ways() {
         let left = |depth: f64, variance: f64, opacity: f64| {

@@ -1,7 +1,7 @@
 //! Where the light of a star comes: sums in voxels, in whole units, which are the same in whatever order they come.
 //!
 //! A sum has 32 bits. Its unit is a part of the flux that all of the star's photons would be at the voxel's distance with nothing
-//! in their way, so that near and far voxels are told as exactly; two of them are added at once.
+//! in their way, so that near and far voxels are resolved as exactly; two of them are added at once.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -57,7 +57,7 @@ fn area_in_units(part: f32) -> u32 {
 }
 
 impl Lit {
-    /// None yet, in so many voxels, of so many nodes.
+    /// None yet, in a given number of voxels, of a given number of nodes.
     pub fn new(cells: usize, nodes: usize) -> Self {
         let room = Self::room(nodes);
         Self { pairs: (0..cells * room).into_par_iter().map(|_| AtomicU64::new(0)).collect(), nodes, room }

@@ -97,7 +97,7 @@ impl Cloud<'_> {
         Ok(ionised)
     }
 
-    /// The bytes that so many voxels, stars, nodes and quantities take: sums by quantity; for several stars what is known of each
+    /// The bytes that a given number of voxels, stars, nodes and quantities take: sums by quantity; for several stars what is known of each
     /// voxel before a pass and behind it, the light of one star as sums, that of all, and Γ by that of each.
     pub fn bytes(cells: usize, stars: usize, nodes: usize, quantities: usize) -> u64 {
         let of_several = 2 * size_of::<Voxel>() + Lit::bytes(nodes) + 4 * (nodes + BEHIND + stars + 3) + 8 * quantities;
@@ -190,7 +190,7 @@ fn halved(dims: [usize; 3]) -> Option<[usize; 3]> {
     dims.iter().all(|n| *n >= COARSEST).then_some(dims)
 }
 
-/// The work that so many voxels and stars are as a rule.
+/// Usual work for a number of voxels and stars.
 fn level(dims: [usize; 3], stars: usize) -> u64 {
     (dims.iter().product::<usize>() * stars * if stars > 1 { EXPECTED } else { 1 }) as u64
 }

@@ -38,7 +38,7 @@ impl Rays<'_> {
         patches
     }
 
-    /// Has all patches that are sent out followed, some at a time; `listener` hears of voxels that are done. Gives false where it or
+    /// Has all patches that are sent out followed, some at a time; `listener` receives the number of finished voxels. Gives false where it or
     /// `follow` did not want to go on.
     pub fn in_parts(&self, listener: Listener, follow: impl Fn(&[Patch]) -> bool + Sync) -> bool {
         let patches = self.sent_out();

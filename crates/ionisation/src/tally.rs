@@ -77,7 +77,7 @@ fn mean(sum: &AtomicU64, most: f64, volume: f64) -> f32 {
 }
 
 impl<'a> Tally<'a> {
-    /// Nothing yet, in so many voxels of a volume in cm³.
+    /// Nothing yet, in a given number of voxels of a volume in cm³.
     pub fn new(cells: usize, voxel_volume: f64, quantities: &'a [Quantity<'a>]) -> Self {
         Self {
             quantities,

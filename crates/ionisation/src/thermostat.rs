@@ -18,7 +18,7 @@ pub struct Thermostat {
 pub const SLOPE: f64 = 5.0;
 
 impl Thermostat {
-    /// One that knows nothing, and asks for changes of ln T to settle below so much.
+    /// Thermostat without history; changes of ln T must fall below a tolerance.
     pub fn new(settled: f64) -> Self {
         Self { last: (Lanes::ZERO, Lanes::ZERO), slope: Lanes::splat(SLOPE), little: 0.1 * settled }
     }

@@ -15,7 +15,7 @@ use crate::nodes::{Nodes, PLACES};
 pub const CHANGE: f32 = 16.0;
 /// Fraction that counts as all of the light \[1\].
 pub const ALL: f32 = 1.0 - 1e-6;
-/// Light that is none any more, in parts of the star's: numbers that are much less take the processor long.
+/// Negligible light, relative to the star's: denormal numbers would be slow.
 pub const NONE: f32 = 1e-30;
 
 /// Upper bound of diffuse light on a faint ray: more has no room in single precision.
@@ -57,7 +57,7 @@ impl Voxel {
         self.rate > 0.0
     }
 
-    /// How many times as opaque it is where light is so many times as bright, and how many times as many photons it absorbs, and so
+    /// Relative opacity for light of a relative brightness, and relative number of absorbed photons, and so
     /// gives back: recombinations are as many as they were, but for what is still neutral.
     fn answer(&self, brighter: f32) -> (f32, f32) {
         let fills = if brighter > 1.0 { (brighter * self.ionised).max(1.0) } else { brighter };

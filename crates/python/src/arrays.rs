@@ -28,7 +28,7 @@ unsafe impl<T: Sync> Sync for LockedArray<T> {}
 
 impl<T> AsRef<[T]> for LockedArray<T> {
     fn as_ref(&self) -> &[T] {
-        // SAFETY: the array was contiguous and of so many elements when it was taken, and lives as long as its reference.
+        // SAFETY: the array was contiguous and of this number of elements when it was taken, and lives as long as its reference.
         unsafe { std::slice::from_raw_parts(self.start, self.length) }
     }
 }

@@ -1,7 +1,7 @@
 //! The native part of Barnard's Python package, as thin as can be: `python/barnard` is what people use.
 //!
 //! A scene comes as a tree of Python's own dictionaries, lists and values, and arrays by name beside it; work runs on
-//! threads of its own, while the calling one hears Ctrl-C and tells of progress.
+//! threads of its own, while the calling one handles Ctrl-C and progress.
 
 mod arrays;
 mod bricks;

@@ -1,4 +1,4 @@
-//! Work off the calling thread: that one waits with the interpreter let go, hears Ctrl-C and tells of progress.
+//! Work off the calling thread: that one waits with the interpreter released, and handles Ctrl-C and progress.
 
 use std::panic::resume_unwind;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -30,7 +30,7 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     Ok(shared.insert(pool).clone())
 }
 
-/// Lets all work from now on take so many threads; 0 for one a core. The results are the same.
+/// Sets the number of threads of later work; 0 for one per core. The results are the same.
 #[pyfunction]
 pub fn set_threads(py: Python, threads: usize) -> PyResult<()> {
     if threads > 4096 {
@@ -91,7 +91,7 @@ pub fn run<T: Send>(py: Python, progress: Option<&Bound<PyAny>>, work: impl FnOn
         let control = &control;
         let worker = scope.spawn(move || {
             let result = pool.install(|| work(control));
-            // Dropped by a panic as well: whoever waits hears of the end.
+            // Dropped by a panic as well: the waiting thread is notified.
             drop(sender);
             result
         });

@@ -52,12 +52,12 @@ pub fn ball(radius_pc: f64) -> Sphere {
     Sphere::new(DVec3::ZERO, radius_pc).unwrap()
 }
 
-/// Dust of a law by name, albedo one half, of so much extinction for a density of one [pc⁻¹].
+/// Dust of a law by name, albedo one half, of a given extinction for unit density [pc⁻¹].
 pub fn dust(density: impl IntoField, law: &str, per_pc: f64) -> Dust {
     Dust::new(density, Extinction::by_name(law).unwrap(), Scale::per_pc(per_pc)).with_albedo(0.5)
 }
 
-/// A black body of so many suns.
+/// A black body of a luminosity in solar units.
 pub fn star(kelvin: f64, suns: f64, position: DVec3) -> Star {
     Star::blackbody(Temperature(kelvin), Luminosity::suns(suns)).with_position(position)
 }

@@ -63,7 +63,7 @@ pub enum SpectraError {
     /// A temperature or gravity outside of the model atmospheres.
     #[error("{0}")]
     Atmosphere(String),
-    /// An analytic passband that is none.
+    /// An invalid analytic passband.
     #[error("{0}")]
     Passband(String),
     /// A palette that is made for other bands.

@@ -36,7 +36,7 @@ pub struct Propagation {
 const SAMPLES: usize = 512;
 /// The part of the accuracy that a spectrum may lose when it is written in the common polynomials.
 const SPAN_SHARE: f64 = 0.3;
-/// Light that is none beside that of the brightest star.
+/// Negligible light relative to the brightest star.
 const DARK: f64 = 1e-30;
 /// Depths, along each way, at which the certificate looks.
 const CERTIFIED: usize = 24;
@@ -77,7 +77,7 @@ impl CommonSpan {
         span
     }
 
-    /// True if so many directions leave less of each star than its fit costs anyway, or than matters.
+    /// True if this number of directions leaves less of each star than the error of its fit or of the tolerance.
     fn is_enough(&self, rank: usize, accuracy: f64) -> bool {
         let part = |i: usize, s: usize| (self.singular_values[i] * self.right[(i, s)]).powi(2);
         let left = |s: usize| (rank..self.right.nrows()).map(|i| part(i, s)).sum::<f64>().sqrt();

@@ -25,7 +25,7 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     fn breakpoints_um(&self) -> &[f64] {
         &[]
     }
-    /// Adds the content to a digest. The default tells objects apart by their address.
+    /// Adds the content to a digest. The default distinguishes objects by address.
     fn content(&self, digest: &mut Digest) {
         digest.object(self);
     }
@@ -195,7 +195,7 @@ impl Spectrum {
         Ok(())
     }
 
-    /// True if it is light as far as can be told at its own points, its lines and in the middle of the visible: finite,
+    /// True if it is valid light at its tabulated points, its lines and in the middle of the visible: finite,
     /// and nowhere negative.
     pub fn is_light(&self) -> bool {
         let sound = |v: f64| v.is_finite() && v >= 0.0;
@@ -224,7 +224,7 @@ mod tests {
     /// Parts of a Gaussian within channels, by tables of the normal distribution (Abramowitz & Stegun 1964, table 26.1).
     #[test]
     fn broadened_lines_are_gaussians_in_every_channel() {
-        // σ of 10 km/s at 500 nm; channels as wide as so many σ, at so many σ from the middle.
+        // σ of 10 km/s at 500 nm; channel widths and distances from the middle in σ.
         let sigma_um = 0.5 * 10e3 / SPEED_OF_LIGHT;
         let fwhm = Velocity(10.0 * (8.0 * std::f64::consts::LN_2).sqrt());
         let line = Spectrum::of_lines(vec![Line { lambda_um: 0.5, strength: 2.0 }]).broadened(fwhm);

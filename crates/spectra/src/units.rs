@@ -317,7 +317,7 @@ impl Luminosity {
 }
 
 impl Wavelength {
-    /// The wavelength of so many nanometres.
+    /// The wavelength in nanometres.
     pub fn from_nm(nm: f64) -> Self {
         Self(nm * 1e-3)
     }

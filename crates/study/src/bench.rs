@@ -43,7 +43,7 @@ pub struct Bench<'a> {
     pub options: &'a Options,
 }
 
-/// Times each method that `backend` does on `scene`; `visit` hears each row as it comes.
+/// Times each method that `backend` does on `scene`; `visit` receives each row as it comes.
 ///
 /// # Errors
 /// If the scene cannot be planned or rendered, and on interruption by the user.
@@ -258,8 +258,8 @@ impl BenchTruth {
         Ok(Self { image, noise, paths })
     }
 
-    /// Relative rms of the worst band, what chance adds taken off; not less than what can be told beside that, the
-    /// square root of the deviation of its square over so many pixels.
+    /// Relative rms of the worst band, what chance adds taken off; at least its resolution, the
+    /// square root of the deviation of its square over a given number of pixels.
     fn error(&self, image: &Image) -> f64 {
         let expected = (2.0 / (self.image.width * self.image.height) as f64).sqrt();
         let of_band = |(b, noise): (usize, &f64)| {

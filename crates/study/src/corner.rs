@@ -12,7 +12,7 @@ use crate::{Result, StudyError};
 pub struct Corner {
     /// The caption of the figure.
     pub title: String,
-    /// The name of each parameter and what is said of it, a line each.
+    /// Name and description of each parameter, one line each.
     pub parameters: Vec<Vec<String>>,
     /// How two parameters go together, from −1 to 1; no number where nobody knows.
     pub correlation: Vec<Vec<f64>>,

@@ -97,7 +97,7 @@ type Runs = Vec<Vec<(f64, f64)>>;
 const SIZE: (u32, u32) = (900, 560);
 /// Most points of a line that are shown as such.
 const FEW: usize = 40;
-/// Colours that are told apart by most eyes: Okabe & Ito 2008, and five others.
+/// Colours that most eyes distinguish: Okabe & Ito 2008, and five others.
 const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

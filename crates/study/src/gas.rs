@@ -20,7 +20,7 @@ use crate::{Result, StudyError};
 /// Grams of a nucleus of hydrogen, and of the Sun.
 const PROTON_G: f64 = 1.672_621_9e-24;
 const SUN_G: f64 = 1.988_41e33;
-/// Wavelengths of the lines that are told beside those of benchmarks \[µm\], and how bright they are at least beside Hβ \[1\].
+/// Wavelengths of lines reported in addition to those of benchmarks \[µm\], and their least brightness relative to Hβ \[1\].
 const VISIBLE: (f64, f64) = (0.36, 1.1);
 const FAINTEST: f64 = 2e-3;
 /// Lines that are summed up in one run at most.

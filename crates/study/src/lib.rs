@@ -121,7 +121,7 @@ impl Book {
 }
 
 /// Runs `chapters` of `book` and writes `BOOK.md`, or `BOOK-NAME.md` where one of several is run alone, into `folder`,
-/// with the figures in `folder/BOOK`; `heard` is told of each.
+/// with the figures in `folder/BOOK`; `heard` receives each.
 ///
 /// # Errors
 /// If a chapter cannot be measured, or a file cannot be written.

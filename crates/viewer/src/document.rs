@@ -169,7 +169,7 @@ impl Document {
     }
 
     /// Begins to find out exactly what is known roughly, by a device that traces light where there is one, unless that is under
-    /// way or has failed; `heard` is told of parts that are done \[1\], and once it has ended. What was begun for other gas ends.
+    /// way or has failed; `heard` receives the finished share \[1\], and once it has ended. What was begun for other gas ends.
     pub fn refine(&mut self, tracer: Option<Arc<dyn RayTracer>>, heard: impl Fn(Option<f64>) + Send + Sync + 'static) {
         if !self.is_rough() || self.refining.as_ref().is_some_and(|refining| refining.physics == self.physics) {
             return;
@@ -184,7 +184,7 @@ impl Document {
             // In threads of its own: the window's and the pictures' work does not wait behind it.
             let read = || read(&origin, &text, &loader, opening).map(|reading| reading.scene);
             let made = rayon::ThreadPoolBuilder::new().build().map_or_else(|_| read(), |pool| pool.install(read));
-            // Nobody hears it where other gas is refined by now.
+            // The result is dropped if other gas is refined by now.
             let _ = sender.send(made);
             heard(None);
         });

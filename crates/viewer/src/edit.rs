@@ -152,7 +152,7 @@ pub fn count(root: &Table, list: &str) -> usize {
     root.get(list).map_or(0, |item| item.as_array_of_tables().map_or_else(|| item.as_array().map_or(0, Array::len), ArrayOfTables::len))
 }
 
-/// A number with so many significant digits, without an exponent where it can be.
+/// A number with a number of significant digits, without an exponent if possible.
 pub fn rounded(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
     if rounded == 0.0 || (1e-4..1e9).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }

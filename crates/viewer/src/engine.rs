@@ -116,7 +116,7 @@ impl Drop for Engine {
         self.shared.closing.interrupt();
         self.shared.wake.notify_one();
         if let Some(thread) = self.thread.take() {
-            // A panic of the worker was told already.
+            // A panic of the worker was reported already.
             let _ = thread.join();
         }
     }

@@ -218,7 +218,7 @@ impl Picture {
     /// Puts the scene's stars over a picture that has none, in the pixels of `camera`.
     ///
     /// # Errors
-    /// If a star's light cannot be told.
+    /// If a star's light cannot be computed.
     pub fn spark(&mut self, camera: &Camera) -> Result<()> {
         let start = Instant::now();
         let plan = self.plan.clone().with_size(camera.width, camera.height);

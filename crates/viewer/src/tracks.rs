@@ -42,7 +42,7 @@ fn put(array: &mut Array, index: usize, mut value: Value) {
     }
 }
 
-/// The edit that moves a key of a track to another moment \[s\], and gives it another number where one is said.
+/// The edit that moves a key of a track to another moment \[s\], and gives it another number if stated.
 pub fn moved(track: usize, key: usize, time: f64, number: Option<f64>) -> Edit {
     Edit::new("key moved", move |document| {
         let Some(track) = lists(document, track) else { return };

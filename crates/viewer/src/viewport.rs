@@ -130,7 +130,7 @@ fn hands(ui: &Ui, hand: &mut Viewport, model: &Model, response: &egui::Response,
             _ => Hold::Pan,
         };
     }
-    // The frame that hears of the end hears of the last way as well.
+    // The frame that receives the end receives the last movement as well.
     if let (true, Some(from), Some(to)) = (response.dragged() || response.drag_stopped(), hand.held_at, response.interact_pointer_pos()) {
         hand.held_at = Some(to);
         let way = (to - from) / seen.width();

@@ -40,7 +40,7 @@ pub struct Start {
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
-    /// True if it tells on the standard error output how often the window changes.
+    /// True if it prints the rate of window updates to standard error.
     pub timings: bool,
 }
 
@@ -53,7 +53,7 @@ const NAME: &str = "barnard";
 /// If there is no screen.
 pub fn open(start: Start) -> Result<(), ViewerError> {
     let began = Instant::now();
-    // A scene that is wrong is told where the command was given, and in the window, which shows another one.
+    // An invalid scene is reported in the terminal and in the window, which shows another one.
     let (document, wrong) = match start.scene.as_ref().map(|origin| Document::of(origin, start.memory_limit)).transpose() {
         Ok(document) => (document, None),
         Err(error) => {
@@ -150,8 +150,8 @@ fn options(renderer: Renderer) -> eframe::NativeOptions {
     options
 }
 
-/// The scene to begin with: the one that was asked for, else what was not saved last time, else a built-in one; and
-/// what is to be told of it.
+/// The scene to begin with: the requested one, else the unsaved one of last time, else a built-in one; and
+/// its message, if any.
 fn begun(asked: Option<Document>, session: &mut Session, memory_limit: u64) -> barnard::Result<(Document, Option<String>)> {
     let first = || Document::builtin(barnard_files::builtin::SCENES[0].name, memory_limit);
     let Some(lost) = session.recovered() else { return Ok((asked.map_or_else(first, Ok)?, None)) };

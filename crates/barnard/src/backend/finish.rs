@@ -55,7 +55,7 @@ pub fn described(planned: &Planned, samples: Samples) -> Result<Image> {
     Ok(image)
 }
 
-/// Draws unresolved sources as the plan's camera sees them: `add` hears of places in bands × height × width, and
+/// Draws unresolved sources as the plan's camera sees them: `add` receives indices in bands × height × width, and
 /// radiances [W m⁻² sr⁻¹].
 ///
 /// # Errors
@@ -71,7 +71,7 @@ pub(crate) fn end_of_space(plan: &Plan) -> f64 {
     2.0 * plan.space.occupied.map_or(0.0, |b| b.size().length() + (0.5 * (b.low + b.high) - plan.camera.position).length())
 }
 
-/// Draws unresolved sources behind depths that `depth` tells: of a source by its number, on so much of a ray \[pc\].
+/// Draws unresolved sources behind depths: `depth(source, length)` on a length of the ray \[pc\].
 pub(super) fn draw_behind(
     sources: Sources,
     planned: &Planned,

@@ -156,7 +156,7 @@ pub struct BackendEntry {
     pub planned: bool,
     /// True if it renders on a graphics device, for programs that have one open.
     pub device: DeviceUse,
-    /// Makes one, with what it is set to where nothing is said.
+    /// Makes one with its default settings.
     pub open: fn(&Scene) -> Result<Box<dyn Backend>>,
 }
 

@@ -8,7 +8,7 @@ use super::track::Track;
 use crate::stored::Stored;
 use crate::volume::Volume;
 
-/// Largest separation of rays, in voxels summed over the axes: farther apart they are in so many cells that each lane
+/// Largest separation of rays, in voxels summed over the axes: farther apart they share so few cells that each lane
 /// is read faster for itself (measured with five to eight channels; with fewer it always is).
 const FARTHEST: f32 = 2.0;
 /// Placeholder cell number of lanes that were read.

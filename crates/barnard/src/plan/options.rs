@@ -25,7 +25,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Everything on the processor alone, with so much memory \[bytes\].
+    /// Everything on the processor, with a memory limit \[bytes\].
     pub fn within(memory_limit: u64) -> Self {
         Self { memory_limit, ..Self::default() }
     }

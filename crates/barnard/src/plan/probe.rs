@@ -98,7 +98,7 @@ mod tests {
     use crate::plan::{Options, Planner};
     use crate::scene::{Background, Emission};
 
-    /// A power law of the wavelength, of so much at 550 nm.
+    /// A power law of the wavelength, normalised at 550 nm.
     fn power_law(exponent: f64, level: f64) -> Spectrum {
         Spectrum::continuous(level, std::sync::Arc::new(PowerLaw { reference: Wavelength(0.55), exponent }))
     }

@@ -45,7 +45,7 @@ impl Work<'_> {
         SHARE * self.scene.method.accuracy
     }
 
-    /// Refuses what would not fit: so many numbers of each pixel on the way, and so many that are stored of some lights.
+    /// Rejects plates beyond the memory limit: working numbers per pixel, and stored ones of some lights.
     fn check(&self, singles: usize, lights: usize, components: usize) -> Result<()> {
         let of_pixel = 4 * singles + lights * (4 + 2 * components);
         memory::check("the plates", (self.pixels() * of_pixel) as u64, self.options.memory_limit)

@@ -137,7 +137,7 @@ struct PlateLight {
 type PhaseFactor = Box<dyn Fn(f64) -> f64 + Send + Sync>;
 
 impl Plates {
-    /// Plates of `scene` that reach as far as is said. What holds of `before`, a plan of the same scene, is taken from it.
+    /// Plates of `scene` with the requested reach. What holds of `before`, a plan of the same scene, is taken from it.
     ///
     /// # Errors
     /// Errors of [`Planner::plan`]; an empty range, or one beyond the extinction law; too many stars; other amounts of dust requested with

@@ -27,7 +27,7 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// One page for all of a lattice of so many voxels, at least two along each axis.
+    /// One page for all of a lattice of a given number of voxels, at least two along each axis.
     pub fn whole(dims: [usize; 3]) -> Self {
         Self { cells: dims.map(|n| n - 1), counts: [1; 3], slots: vec![0], firsts: vec![[0; 3]], empty: 0 }
     }
@@ -149,7 +149,7 @@ impl Pages {
         })
     }
 
-    /// The pages that are held, each with where it begins, of values of which a voxel has so many.
+    /// The pages that are held, each with where it begins, of values, several per voxel.
     pub fn of<'a, T: Send>(
         &'a self,
         values: &'a mut [T],

@@ -63,7 +63,7 @@ fn list(parameter: &Parameter) {
 /// Optical depth at V beyond which the scale of the dust is likely to be wrong.
 const OPAQUE: f64 = 200.0;
 
-/// Stars that are told one by one.
+/// Stars listed one by one.
 const MAX_STARS: usize = 12;
 
 fn describe(scene: &Scene) {

@@ -358,7 +358,7 @@ mod plots {
         written(path, || figure.svg(), || figure.png())
     }
 
-    /// How well each parameter is known, of which some lines are said, and how any two go together.
+    /// Certainty of each parameter with its lines, and how any two go together.
     pub fn corner(path: &Path, parameters: Vec<Vec<String>>, fitted: &Fitted) -> anyhow::Result<()> {
         let count = parameters.len();
         let correlation = (0..count).map(|a| (0..count).map(|b| fitted.correlation(a, b)).collect()).collect();

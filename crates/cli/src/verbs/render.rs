@@ -208,7 +208,7 @@ impl Render {
     }
 }
 
-/// Renders, and tells who did it where it is not the processor.
+/// Renders, and prints the device if it is not the processor.
 fn rendered(backend: &mut dyn Backend, plan: &Planned, control: &Control) -> anyhow::Result<(Image, RenderStats)> {
     let done = Renderer::new(backend).render(plan, control);
     let name = backend.name();

@@ -107,7 +107,7 @@ pub fn load(name: &str, memory_limit: u64) -> Result<Scene> {
     load_by(name, memory_limit, Loader::clone)
 }
 
-/// Variant by a loader that was `prepared`, with a control that hears of it and can stop it, or with a device.
+/// Variant by a loader that was `prepared`, with a control for progress and interruption, or with a device.
 ///
 /// # Errors
 /// If there is none, and on interruption by the user.

@@ -12,7 +12,7 @@ pub const XMP: &str = "XML:com.adobe.xmp";
 pub fn packet(image: &Image) -> Option<String> {
     let sky = SkyCoordinates::of(image.observation.as_ref()?, image.pixel?)?;
     let Turned::Plane([[cos, _], [sin, _]]) = sky.turned else { return None };
-    // At the pole LONPOLE is zero unless it is said, and AVM cannot say it: the picture is turned by what that turns it.
+    // At the pole LONPOLE is zero by default, and AVM cannot state it: the picture is rotated by its effect.
     let beyond = if sky.reference_deg[1] == 90.0 { 180.0 } else { 0.0 };
     let pair = |name: &str, [a, b]: [f64; 2]| {
         format!("<avm:Spatial.{name}><rdf:Seq><rdf:li>{a}</rdf:li><rdf:li>{b}</rdf:li></rdf:Seq></avm:Spatial.{name}>\n")

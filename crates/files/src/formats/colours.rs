@@ -19,7 +19,7 @@ pub(super) fn bytes(image: &Image, display: &Display) -> Vec<u8> {
     picture.iter().enumerate().flat_map(|(i, pixel)| std::array::from_fn::<u8, 3, _>(|c| level(i, c, pixel[c]))).collect()
 }
 
-/// Variant in sixteen bits, which no eye tells from each other.
+/// Variant in sixteen bits, which no eye distinguishes.
 pub(super) fn words(image: &Image, display: &Display) -> Vec<u16> {
     display.picture(image).iter().flatten().map(|v| (65535.0 * v + 0.5) as u16).collect()
 }

@@ -92,7 +92,7 @@ impl<'a> Request<'a> {
     /// A request for all of `source`.
     ///
     /// # Errors
-    /// If its length cannot be told.
+    /// If its length is unknown.
     pub fn new(mut source: impl Seekable + 'static, path: &'a Path, part: Option<&'a str>, memory_limit: u64) -> Result<Self> {
         let length = source.seek(SeekFrom::End(0)).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
         Ok(Self { source: Box::new(source), length, path, part, memory_limit })
@@ -385,10 +385,10 @@ fn checked_shape(path: &Path, memory_limit: u64, shape: &[u64]) -> Result<([usiz
     Ok((shape, cells as usize))
 }
 
-/// The bytes of a packed stream, which are so many; `kind` is what packed it.
+/// Bytes of a compressed stream of known length; `kind` names the compression.
 fn exactly(stream: impl Read, size: usize, kind: &str) -> std::result::Result<Vec<u8>, String> {
     let mut bytes = Vec::with_capacity(size);
-    // A byte more than there may be tells of a stream that holds too much.
+    // One byte too many reveals a stream that is too long.
     stream.take(size as u64 + 1).read_to_end(&mut bytes).map_err(|e| format!("its {kind} stream is corrupt: {e}"))?;
     if bytes.len() != size {
         let more = if bytes.len() > size { "more than " } else { "" };

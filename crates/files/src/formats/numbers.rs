@@ -17,7 +17,7 @@ pub struct Stored {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Number {
-    /// Whole numbers with a sign, of so many bytes.
+    /// Signed integers of a number of bytes.
     Int(usize),
     /// Whole numbers without one.
     Uint(usize),

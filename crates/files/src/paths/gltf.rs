@@ -250,7 +250,7 @@ impl GltfBuffers<'_> {
     }
 }
 
-/// The numbers of an accessor of vectors with so many components each, in the bytes of its buffer.
+/// The numbers of an accessor of vectors with a given number of components each, in the bytes of its buffer.
 fn floats(accessor: &Accessor, dims: usize, buffer: &[u8]) -> std::result::Result<Vec<f64>, String> {
     const BYTES: usize = 4;
     let wanted = [Dimensions::Scalar, Dimensions::Vec2, Dimensions::Vec3, Dimensions::Vec4][dims - 1];

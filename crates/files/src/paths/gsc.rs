@@ -7,7 +7,7 @@
 //! | 5 to 7 | direction | |
 //! | 8 to 10 | up | |
 //!
-//! Columns are parted by commas or blanks. The rate stands in a line `#fps 60.0`, and is 60 where none is said. Source: the
+//! Columns are parted by commas or blanks. The rate stands in a line `#fps 60.0`, and is 60 by default. Source: the
 //! manual of Gaia Sky, "Camera paths". Left out: the time that is shown, which moves stars and planets there.
 
 use barnard::data::TextTable;

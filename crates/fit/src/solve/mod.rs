@@ -65,7 +65,7 @@ pub struct Measured {
     pub sigma: Vec<f64>,
 }
 
-/// The step by which linearity is tried, and the change of a change that is none.
+/// Step of the test of linearity, and the largest relative change of a linear model.
 const TRIED: f64 = 0.05;
 const LINEAR: f64 = 2e-3;
 /// Factor by which a step grows if the smaller one changes nothing.

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The least eigenvalue of parameters that can be told apart, their scales taken off.
+/// The least eigenvalue of parameters that can be distinguished, after normalisation.
 const TELLS: f64 = 1e-9;
-/// The part of what cannot be told apart from which on a parameter is named.
+/// Share in an undetermined combination above which a parameter is named.
 const NAMED: f64 = 0.2;
 
 /// The solution of normal equations; nothing along what they do not determine.

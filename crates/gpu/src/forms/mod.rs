@@ -104,7 +104,7 @@ pub struct Contents {
 }
 
 impl Contents {
-    /// Empty contents that will stand at quad `start`, behind so many heads.
+    /// Empty contents that will stand at quad `start`, behind a number of headers.
     pub fn new(heads: usize, start: usize) -> Self {
         Self { heads: vec![[0.0; 4]; heads], tables: QuadList::default(), start }
     }

@@ -30,7 +30,7 @@ const PLANE: u32 = 1;
 /// The text of the shader.
 pub const ORDINATES: &str = include_str!("../shaders/ordinates.wgsl");
 
-/// The source for so many harmonics of a cell and directions of a face.
+/// The source for a number of harmonics of a cell and directions of a face.
 pub fn source(harmonics: usize, beams: usize) -> String {
     let constants = [("WIDTH", WIDTH), ("HARMONICS", harmonics), ("BEAMS", beams), ("HEAD", HEAD), ("CHUNKS", CHUNKS)];
     let line = |(name, value): (&str, usize)| format!("const {name} = {value}u;\n");
@@ -236,7 +236,7 @@ impl SweepOnDevice {
         })
     }
 
-    /// Adds the order to the sum, by the factor that the shader was told.
+    /// Adds the order to the sum, by the factor that the shader received.
     fn add(&self, pass: &mut wgpu::ComputePass) {
         pass.set_pipeline(&self.pipelines.add);
         pass.set_bind_group(0, &self.add, &[]);
@@ -330,7 +330,7 @@ impl Orders for SweepOnDevice {
     }
 }
 
-/// Workgroups for so many invocations.
+/// Workgroups for a given number of invocations.
 fn groups(invocations: usize) -> u32 {
     invocations.div_ceil(WORKGROUP) as u32
 }

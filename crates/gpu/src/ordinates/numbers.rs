@@ -32,7 +32,7 @@ pub struct PlaneNumbers {
     pub half: u32,
 }
 
-/// The numbers that the shader is told of eight terms, and of each plane of each face.
+/// Numbers for the shader: of eight terms, and of each plane of each face.
 pub struct SweepNumbers {
     pub terms: TermNumbers,
     pub planes: Vec<PlaneNumbers>,

@@ -28,7 +28,7 @@ const KEPT_UNITS: f64 = (1u64 << 30) as f64;
 const RAY: u64 = size_of::<RayNumbers>() as u64;
 /// Storage buffers that an entry binds.
 const BUFFERS: u64 = 7;
-/// Edges of a voxel from a star to the farthest corner that single precision tells apart.
+/// Edges of a voxel from a star to the farthest corner that single precision resolves.
 const FARTHEST: u64 = 20_000;
 /// Voxels that are written to the device at once.
 const WRITTEN: usize = 1 << 16;

@@ -93,7 +93,7 @@ fn scatter_near_star(state: ptr<function, State>, ray: Ray, number: u32, step_sp
     }
 }
 
-// The stars whose kernels reach to a segment, whose ends have so much dust.
+// The stars whose kernels reach to a segment, whose ends have this extinction.
 fn scatter_near_field(state: ptr<function, State>, ray: Ray, step_span: StepSpan, growth: f32, sigma: vec2f) {
     let low = tables[MANY_LIGHTS_HEAD];
     let dims = vec4u(tables[MANY_LIGHTS_HEAD + 1u]);

@@ -31,7 +31,7 @@ fn seen_from(plan: &Planned, camera: Camera) -> Planned {
     plan
 }
 
-/// The layouts of the march's own bindings with those of what is asked and told behind, and of so many textures.
+/// The layouts of the march's own bindings with those of queries and answers behind, and of a number of textures.
 fn bind_group_layouts(gpu: &Gpu, quads: usize) -> [wgpu::BindGroupLayout; 2] {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let bound = |(i, ty): (usize, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {

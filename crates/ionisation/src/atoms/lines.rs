@@ -44,7 +44,7 @@ pub struct Conditions {
 }
 
 impl LineTable {
-    /// Reads a table whose lines are those of ions; it takes ions of a charge so much higher to make them shine.
+    /// Reads a table whose lines are those of ions; the ions that excite them have a charge higher by that number.
     pub(super) fn read(name: &str, text: &str, higher: usize) -> Self {
         let body = with_provenance(name, text).expect("embedded");
         let mut rows = body.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect::<Vec<_>>());

@@ -175,7 +175,7 @@ impl Timeline {
     /// Animation of a scene, if any.
     ///
     /// # Errors
-    /// If a key is unknown, missing or wrong, or a file cannot be read; its place is said.
+    /// If a key is unknown, missing or wrong, or a file cannot be read; the error states its place.
     pub(crate) fn build(root: &Section, inputs: &Inputs) -> Result<Option<Self>> {
         let camera = root.table("camera")?;
         let kind = camera.as_ref().and_then(Section::kind).unwrap_or_default();
@@ -213,7 +213,7 @@ impl Timeline {
     /// Scene `tree` at a moment \[s\]: a tree without changes.
     ///
     /// # Errors
-    /// If a track is of a key that cannot be, or a camera looks nowhere; its place is said.
+    /// If a track is of a key that cannot be, or a camera looks nowhere; the error states its place.
     pub fn at(&self, tree: &Table, time: f64) -> Result<Table> {
         let mut still = tree.clone();
         TABLES.iter().for_each(|name| still.remove(name));

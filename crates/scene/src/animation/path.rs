@@ -1,7 +1,7 @@
 //! The `[camera.path]` table: how the camera moves.
 //!
 //! A path has keys, in the scene or in a file, each with what it changes of the camera. Between the keys all of that goes by
-//! the same interpolation. With constant speed, moments are those at which the camera has gone so much of its way, and all
+//! the same interpolation. With constant speed, moments are fractions of the path, and all
 //! that belongs to a place comes along. An eased path begins and ends at rest: within its first span e a moment t is
 //! e w(t/e), w(x) = 6x³ − 8x⁴ + 3x⁵, which has neither speed nor acceleration at 0 and joins w(x) = x smoothly at 1.
 
@@ -144,7 +144,7 @@ impl CameraPath {
             let Some(looks) = looks.try_normalize() else {
                 return Err(section.error(&KEY, "directions of adjacent keys are opposite; insert a key between them"));
             };
-            // As far as the scene's own target is: what nothing else is said of stands there.
+            // As far as the scene's own target is: the default target lies there.
             let section_of = Section::new(camera, "camera");
             let (position, before) = (section_of.read(&POSITION)?, section_of.read(&TARGET)?);
             let distance = position.distance(before);

@@ -60,7 +60,7 @@ impl Track {
         }
     }
 
-    /// The numbers of the value at a moment \[s\], in the unit in which it is said; none where it has none.
+    /// The numbers of the value at a moment \[s\], in its stated unit; none if it has no numbers.
     pub fn numbers(&self, time: f64) -> Option<Vec<f64>> {
         match self {
             Self::Numbers(numbers) => Some(numbers.curve.at(time)),

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::error::{Error, Result};
 
-/// The part of the work that progress is told of.
+/// Share of the work per report of progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Stars ionise gas.
@@ -40,7 +40,7 @@ impl std::fmt::Debug for Control {
 }
 
 impl Control {
-    /// A control whose listener hears of every step as (stage, done, all).
+    /// A control whose listener receives every step as (stage, done, all).
     pub fn with_listener(listener: impl Fn(Stage, u64, u64) + Send + Sync + 'static) -> Self {
         Self { stop: Arc::default(), listener: Some(Arc::new(listener)) }
     }

@@ -81,7 +81,7 @@ impl Bounds {
         p.cmpge(self.low).all() && p.cmplt(self.high).all()
     }
 
-    /// The box whose faces lie so much farther out \[pc\].
+    /// The box whose faces lie farther out by a length \[pc\].
     pub fn grown(&self, by_pc: f64) -> Self {
         Self { low: self.low - by_pc, high: self.high + by_pc }
     }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// Memory that a scene may use unless told otherwise \[bytes\].
+/// Memory that a scene may use by default \[bytes\].
 pub const DEFAULT_LIMIT: u64 = 16 << 30;
 
 /// Refuses what would not fit before it is allocated.

@@ -25,7 +25,7 @@ impl Counter {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Passes over so many numbers.
+    /// Skips a number of values.
     pub fn skip(&mut self, count: u64) {
         self.0 = self.0.wrapping_add(STEP.wrapping_mul(count));
     }

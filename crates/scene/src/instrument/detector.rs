@@ -102,12 +102,12 @@ impl Detector {
         (least / self.gain + self.bias).clamp(0.0, f64::from(self.largest())).floor() as u16
     }
 
-    /// About how many pixels of so many cosmic rays hit in an exposure \[s\]: a track crosses six of them on the average.
+    /// Approximate number of pixels, of a given number, hit by cosmic rays in an exposure \[s\]: a track crosses six of them on the average.
     pub(super) fn charges(&self, pixels: usize, exposure_s: f64) -> f64 {
         6.0 * self.cosmic_rays * pixels as f64 * (self.pixel_um * 1e-4).powi(2) * exposure_s
     }
 
-    /// Reads a pixel that gathers so many electrons on the average, and so many more of cosmic rays.
+    /// Reads a pixel with a mean number of electrons, and those of cosmic rays in addition.
     pub fn read(&self, mean: f64, hits: f64, random: &mut Counter) -> u16 {
         let electrons = (gathered(mean, random) + hits).min(self.full_well) + noise(self.read_noise, random);
         (electrons / self.gain + self.bias).round().clamp(0.0, f64::from(self.largest())) as u16
@@ -118,7 +118,7 @@ impl Detector {
         (f64::from(count) - self.bias) * self.gain
     }
 
-    /// The variance of reading a pixel that gathers so many electrons on the average \[e²\]: shot noise, read noise, and that of whole counts.
+    /// Variance of reading a pixel with a mean number of electrons \[e²\]: shot noise, read noise, and that of whole counts.
     pub fn variance(&self, mean: f64) -> f64 {
         mean.max(0.0) + self.read_noise.powi(2) + self.gain.powi(2) / 12.0
     }

@@ -34,12 +34,12 @@ struct KernelInputs {
 }
 
 impl Kernels {
-    /// Those that take so many bytes together at most, the latest; by default none are kept.
+    /// The latest kernels within a number of bytes; by default none.
     pub fn within(limit: u64) -> Self {
         Self { known: Vec::new(), limit }
     }
 
-    /// Spreads the light of a picture of so many pixels along a row and a column as a point-spread function of an instrument does.
+    /// Spreads the light of a picture of a given number of pixels along a row and a column as a point-spread function of an instrument does.
     pub(super) fn apply(
         &mut self,
         psf: &dyn PointSpread,

@@ -92,7 +92,7 @@ impl Exposures {
         bands.iter().cloned().chain(errors).collect()
     }
 
-    /// The radiance that so many electrons of a frame say, without the dark and, where it is taken away, the sky.
+    /// Radiance for a number of electrons of a frame, without the dark current and, if subtracted, the sky.
     fn radiance(&self, band: usize, pixel: usize, electrons: f64) -> f64 {
         let instrument = &self.instrument;
         let sky = if instrument.subtract_sky { self.sky(band, pixel) } else { 0.0 };

@@ -15,7 +15,7 @@
 //! | symbol | variable | unit |
 //! |---|---|---|
 //! | d, ε, T | `aperture_m`, `obstruction`, `throughput` | m, 1, 1 |
-//! | A | `collecting_area_m2`, where it is said | m² |
+//! | A | `collecting_area_m2`, if stated | m² |
 //! | B_s | `sky` | mag arcsec⁻² |
 //! | D, r, g, b, w, n | `detector`: dark current, read noise, gain, bias, full well, bits | e s⁻¹, e, e ADU⁻¹, ADU, e, 1 |
 //! | t | `exposure_s` | s |
@@ -131,7 +131,7 @@ impl Instrument {
         self.area_m2() * self.throughput * pivot_um * 1e-6 / (PLANCK * SPEED_OF_LIGHT)
     }
 
-    /// Copy of the instrument with squares of so many pixels along an edge summed as one, after they were read.
+    /// Copy of the instrument with squares of `edge` × `edge` pixels summed after reading.
     #[must_use]
     pub fn binned(self, pixels: usize) -> Self {
         let (edge, area) = (pixels as f64, (pixels * pixels) as f64);
@@ -160,7 +160,7 @@ impl Instrument {
     /// Refuses what no instrument is.
     ///
     /// # Errors
-    /// If a number is out of its range; what would be right is said.
+    /// If a number is out of its range; the error states what is allowed.
     pub fn check(&self) -> Result<()> {
         let positive = "a finite number above zero";
         let numbers = [

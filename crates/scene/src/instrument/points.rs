@@ -38,7 +38,7 @@ impl<'a> Points<'a> {
         (!points.is_empty()).then_some(Self { points, size: below.size, finer, scale })
     }
 
-    /// Takes the discs of a band out of light by pixel; so many units of it are a watt for a square metre.
+    /// Takes the discs of a band out of light by pixel; the factor converts it to W m⁻².
     pub fn take_discs(&self, band: usize, per_watt: f64, light: &mut [f64]) {
         for point in &self.points {
             let all = self.scale * per_watt * point.flux[band];

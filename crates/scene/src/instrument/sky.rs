@@ -85,7 +85,7 @@ impl Sky {
         }
     }
 
-    /// The radiance of the sky in a passband, the one of this number of so many [W m⁻² sr⁻¹].
+    /// Radiance of the sky in a passband, by its index [W m⁻² sr⁻¹].
     ///
     /// # Errors
     /// If there are other than one or as many magnitudes as passbands, or the zero point is not known in the passband.

@@ -49,7 +49,7 @@ impl Point {
 pub enum Sources {
     /// All of them are drawn.
     All,
-    /// Stars of the scene, and at most so many of the star field: those that are brightest without dust.
+    /// Stars of the scene, and at most a number of the star field: those that are brightest without dust.
     Brightest(usize),
 }
 
@@ -58,7 +58,7 @@ impl Sources {
     pub const PREVIEW: Self = Self::Brightest(1500);
 }
 
-/// Draws unresolved sources, and gives them where the picture is flat: `add` hears of places in an image (bands × height × width) and radiances; `fluxes(number,
+/// Draws unresolved sources, and gives them where the picture is flat: `add` receives indices in an image (bands × height × width) and radiances; `fluxes(number,
 /// light, ray, length)` are the fluxes of a light in all bands behind what lies on the first `length` \[pc\] of the ray
 /// to the source of a number, in the order of [`points`].
 ///
@@ -134,7 +134,7 @@ pub fn points(sources: Sources, scene: &Scene, camera: &Camera, lights: &[Light]
     Ok(points)
 }
 
-/// At most so many points of `stars`, those of the brightest that have one: few more stars are placed than it takes, twice as many
+/// At most a number of points of `stars`, those of the brightest that have one: few more stars are placed than it takes, twice as many
 /// each time, since where few have a point each time looks at all that are left.
 fn brightest(mut stars: Vec<FieldStar>, most: usize, place: impl Fn(&FieldStar) -> Option<Point> + Sync) -> Vec<Point> {
     let (mut rest, mut points, mut asked) = (&mut stars[..], Vec::new(), most);

@@ -192,7 +192,7 @@ impl Builder {
         (first, place - first as f64)
     }
 
-    /// The mixture whose second magnitude is so much fainter than the first.
+    /// The mixture whose second magnitude is fainter than the first by a number.
     fn by_colour(&mut self, fainter: f64) -> (usize, f64) {
         let Some((zero, rungs)) = &self.photometry.second else { return (0, 0.0) };
         let wanted = zero * 10f64.powf(-0.4 * fainter);

@@ -38,7 +38,7 @@ pub enum Albedo {
         /// Its albedo over λ \[µm\].
         albedo: Arc<Table>,
     },
-    /// Nothing is known of it: dust of a law that no model of grains goes with, before it is said. [`Scene::check`](super::Scene::check)
+    /// Unknown: dust of a law without a model of grains, before it is stated. [`Scene::check`](super::Scene::check)
     /// refuses it.
     Unknown,
 }

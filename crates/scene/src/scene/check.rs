@@ -127,6 +127,9 @@ fn placed_error(path: &str, key: &str, message: impl Into<String>) -> Error {
 }
 
 /// Adds a place to what was found about one object.
-fn at<T, E: Into<Error>>(path: &str, key: &str, result: std::result::Result<T, E>) -> Result<T> {
-    result.map_err(|error| placed_error(path, key, error.into().to_string()))
+pub(super) fn at<T, E: Into<Error>>(path: &str, key: &str, result: std::result::Result<T, E>) -> Result<T> {
+    result.map_err(|error| match error.into() {
+        error @ (Error::Memory { .. } | Error::Interrupted) => error,
+        error => placed_error(path, key, error.to_string()),
+    })
 }

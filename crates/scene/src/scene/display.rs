@@ -53,7 +53,7 @@ impl Display {
     /// Reads a display of pictures through `bands` from its properties, those of a table `[display]`.
     ///
     /// # Errors
-    /// If a key is unknown or a value wrong; its place is said.
+    /// If a key is unknown or a value wrong; the error states its place.
     pub fn from_properties(table: &Table, bands: &[Passband]) -> Result<Self> {
         build(Some(&Section::new(table, "display")), bands)
     }

@@ -127,7 +127,7 @@ enum ExtinctionValue {
     PerMass(ExtinctionPerMass),
 }
 
-/// Quantity that sets the extinction: its unit tells which.
+/// Quantity that sets the extinction: its unit determines which.
 enum ExtinctionScale {}
 
 impl ValueType for ExtinctionScale {

@@ -82,7 +82,7 @@ impl NamedField<'_> {
     }
 }
 
-/// Refuses names that no field may have, and formulas that are none or of fields that there are not: what a text alone says is said before fields are made, which may take long.
+/// Rejects invalid names of fields, invalid formulas and unknown fields in them, before fields are made, which may take long.
 fn check_formulas(root: &Section) -> Result<()> {
     let fields = root.named_tables("field")?;
     fields.iter().try_for_each(|(name, section)| field::check_name(name).map_err(|e| section.error("name", e)))?;
@@ -162,7 +162,7 @@ impl<'a> Fields<'a> {
         Ok(fields)
     }
 
-    /// Adds a field, which is made at once where it never was before; whether it is a grid is told.
+    /// Adds a field, which is made at once if it is new; returns whether it is a grid.
     fn add(&mut self, name: &str, section: Section<'a>, content: Fingerprint) -> Result<bool> {
         let entry = NamedField { section, content, made: OnceCell::new() };
         let is_grid = match self.loader.is_grid(content) {

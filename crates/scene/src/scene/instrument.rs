@@ -149,7 +149,7 @@ impl Instrument {
     /// Reads an instrument from its properties, those of a table `[instrument]`.
     ///
     /// # Errors
-    /// If a key is unknown or a value wrong, or it is no instrument; its place is said.
+    /// If a key is unknown or a value wrong, or it is no instrument; the error states its place.
     pub fn from_properties(table: &Table, inputs: &Inputs) -> Result<Self> {
         let section = Section::new(table, "instrument");
         let instrument = build(&section, inputs)?;

@@ -140,7 +140,7 @@ const MAX_EXACT_STARS: i64 = 1_000_000;
 /// More bounces than any light lives.
 pub const MANY_BOUNCES: usize = 1000;
 
-/// The accuracy that holds unless told otherwise.
+/// The default accuracy.
 pub const DEFAULT_ACCURACY: f64 = 1e-3;
 
 impl Default for Method {

@@ -77,7 +77,7 @@ impl Output {
     /// Reads how files hold pictures from its properties, those of a table `[output]`.
     ///
     /// # Errors
-    /// If a key is unknown or a value wrong; its place is said.
+    /// If a key is unknown or a value wrong; the error states its place.
     pub fn from_properties(table: &Table) -> Result<Self> {
         build(Some(&Section::new(table, "output")))
     }

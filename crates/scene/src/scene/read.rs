@@ -8,7 +8,7 @@ use spectra::passband::Passband;
 use super::root::*;
 use super::{
     Background, Fields, Film, IonisedGas, Loader, Scene, SceneSpec, Spectrograph, Star, background, band, catalogue, detail, display, dust,
-    emission, fields, film, gas, method, observation, output, spectrograph, star_table,
+    emission, film, gas, method, observation, output, spectrograph, star_table,
 };
 use crate::animation::Timeline;
 use crate::camera;
@@ -16,7 +16,7 @@ use crate::data::Inputs;
 use crate::error::{Error, Result};
 use crate::instrument::Instrument;
 use crate::observation::Observation;
-use crate::properties::{Section, Table};
+use crate::properties::{Section, Table, places};
 
 impl Scene {
     /// Reads a scene from its properties; `name` is what it is called where it does not say. One that changes is read as it
@@ -63,20 +63,13 @@ impl Scene {
         // Fields may take long: whatever else the text says is read first.
         let fields = Fields::new(root, loader)?;
         let dust = root.read(&DUST)?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
-        let emission = root.read(&EMISSION)?.unwrap_or_default().into_iter().map(|s| Ok((emission::build(&s, loader, &fields)?, s)));
+        let emission = root.read(&EMISSION)?.unwrap_or_default().into_iter().map(|s| emission::build(&s, loader, &fields));
         let emission = emission.collect::<Result<Vec<_>>>()?;
-        let gas = root.read(&GAS)?.map(|s| Ok::<_, Error>((gas::build(&s, &fields)?, s))).transpose()?;
-        let ionised = gas.as_ref().map(|(_, section)| ionised(section, &fields, &stars, &bands, film, loader)).transpose()?;
-        let glow =
-            gas.iter().zip(&ionised).flat_map(|((_, section), ionised)| ionised.species.iter().map(move |species| (species, section)));
-        let mut species = Vec::new();
-        let mut at_rest = Vec::new();
-        for (emission, section) in emission.iter().map(|(emission, section)| (emission, section)).chain(glow) {
-            at_rest.extend(emission.spectrum.lines().iter().map(|line| line.lambda_um));
-            let shifted = emission.shifted(&camera, inputs.memory_limit, &loader.control);
-            species.extend(section.wrap(fields::VELOCITY.name, shifted)?);
-        }
+        let gas = root.read(&GAS)?;
+        let ionised = gas.as_ref().map(|section| ionised(section, &fields, &stars, &bands, film, loader)).transpose()?;
         if let Some(spectrograph) = &mut spectrograph {
+            let species = emission.iter().chain(ionised.iter().flat_map(|gas| &gas.species));
+            let at_rest: Vec<f64> = species.flat_map(|species| species.spectrum.lines()).map(|line| line.lambda_um).collect();
             spectrograph.axis.rest_um = spectrograph.axis.rest_um.or_else(|| spectrograph.only_line(&at_rest));
         }
         let is_rough = fields.are_rough() || ionised.as_ref().is_some_and(|gas| gas.is_rough);
@@ -86,8 +79,8 @@ impl Scene {
             camera,
             bookmarks,
             dust,
-            emission: emission.into_iter().map(|(emission, _)| emission).collect(),
-            gas: gas.map(|(gas, _)| gas),
+            emission,
+            gas: gas.map(|section| gas::build(&section, &fields)).transpose()?,
             stars,
             background: background.unwrap_or_default(),
             detail,
@@ -104,9 +97,13 @@ impl Scene {
             inputs: inputs.notes(),
         };
         let (ionised_from, species_from) = spec.sources();
-        let scene = Self { spec, species, species_from, ionised, ionised_from };
-        scene.check().map_err(|error| placed(error, root))?;
-        Ok(scene)
+        let whole = || {
+            let species = spec.species(ionised.as_deref(), inputs.memory_limit, &loader.control)?;
+            let scene = Self { spec, species, species_from, ionised, ionised_from };
+            scene.check()?;
+            Ok(scene)
+        };
+        whole().map_err(|error| placed(error, table))
     }
 
     /// Passbands, and the spectrograph whose channels they are.
@@ -155,10 +152,15 @@ fn ionised(
 }
 
 /// Copy of the error with the line of the text, where the tree that the scene is from knows it.
-fn placed(error: Error, root: &Section) -> Error {
-    let Error::Scene { message, place } = error else { return error };
-    let table = if place.path.is_empty() { place.key.as_str() } else { place.path.split('.').next().unwrap_or("") };
+fn placed(error: Error, tree: &Table) -> Error {
+    let Error::Scene { message, mut place } = error else { return error };
     // Passbands of one's own stand elsewhere.
-    let key = if table == "bands" && root.has(&BAND) { "band" } else { table };
-    root.error(key, message)
+    if place.key == band::BANDS.name && tree.get(BAND.name).is_some() {
+        place.key = BAND.name.into();
+    }
+    let whole = if place.path.is_empty() { place.key.clone() } else { format!("{}.{}", place.path, place.key) };
+    let ancestors = std::iter::successors(Some(whole.as_str()), |path| path.rfind(['.', '[']).map(|end| &path[..end]));
+    let known = |path: &str| places::get(tree, path).ok().flatten().and_then(|property| property.origin.clone());
+    place.origin = ancestors.filter_map(known).next().or(tree.origin().cloned());
+    Error::Scene { message, place }
 }

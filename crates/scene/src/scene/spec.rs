@@ -6,8 +6,9 @@ use std::sync::Arc;
 use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::passband::{self, Passband};
 
+use super::check::at;
 use super::gas::{Solver, sources};
-use super::{Background, Dust, Emission, Gas, Method, Provenance, Scene, Spectrograph, Star};
+use super::{Background, Dust, Emission, Gas, IonisedGas, Method, Provenance, Scene, Spectrograph, Star, fields};
 use crate::animation::Timeline;
 use crate::camera::Camera;
 use crate::control::Control;
@@ -212,15 +213,20 @@ impl SceneSpec {
         };
         let species = match earlier.filter(|scene| scene.species_from == species_from) {
             Some(scene) => scene.species.clone(),
-            None => {
-                let glow = ionised.iter().flat_map(|gas| &gas.species);
-                let shifted = self.emission.iter().chain(glow).map(|species| species.shifted(&self.camera, memory_limit, control));
-                shifted.collect::<Result<Vec<_>>>()?.concat()
-            }
+            None => self.species(ionised.as_deref(), memory_limit, control)?,
         };
         let scene = Scene { spec: self, species, species_from, ionised, ionised_from };
         scene.check()?;
         Ok(scene)
+    }
+
+    /// All emitting gas: each emission and the glow of ionised gas, with the lines of moving gas shifted.
+    pub(super) fn species(&self, ionised: Option<&IonisedGas>, memory_limit: u64, control: &Control) -> Result<Vec<Emission>> {
+        let stated = self.emission.iter().enumerate().map(|(number, emission)| (format!("emission[{number}]"), emission));
+        let glow = ionised.iter().flat_map(|gas| &gas.species).map(|species| ("gas".to_owned(), species));
+        let shifted =
+            |(path, species): (String, &Emission)| at(&path, fields::VELOCITY.name, species.shifted(&self.camera, memory_limit, control));
+        Ok(stated.chain(glow).map(shifted).collect::<Result<Vec<_>>>()?.concat())
     }
 
     /// Fingerprints of all that the ionised gas, and all species, are derived from.

@@ -33,7 +33,7 @@ pub const PALETTES: &[PaletteEntry] = &[
 ];
 
 impl Palette {
-    /// The mean of so many bands.
+    /// Mean of a number of bands.
     pub fn grey(bands: usize) -> Self {
         Self { columns: vec![[1.0 / bands as f64; 3]; bands] }
     }

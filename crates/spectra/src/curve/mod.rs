@@ -1,7 +1,7 @@
 //! Curves over wavelength as users' files hold them: filters, spectra, albedos, mean cosines.
 //!
 //! The policy of every reader holds here: a unit that is stated is understood or refused, one that is missing must be
-//! unambiguous or is refused, and what was inferred is said ([`SpectralCurve::note`]).
+//! unambiguous or is rejected, and a note states what was inferred ([`SpectralCurve::note`]).
 //!
 //! Air wavelengths (a column that says "air") become vacuum wavelengths by [`crate::air`].
 

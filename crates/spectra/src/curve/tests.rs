@@ -59,7 +59,7 @@ fn stated_units_are_understood() {
     }
 }
 
-/// Without a unit, the range decides where it allows one unit alone, and that is said.
+/// Without a unit, the range decides if it allows only one unit, and a note states it.
 #[test]
 fn missing_units_are_inferred_or_refused() {
     for (head, per_nm) in [("", 1.0), ("a,b\n", 1.0), ("# a filter, made at 550 nm\n", 1.0), ("", 1e-3), ("wavelength,t\n", 1.0)] {

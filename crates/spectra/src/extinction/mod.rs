@@ -54,7 +54,7 @@ pub trait ExtinctionLaw: std::fmt::Debug + Send + Sync {
     fn dust_table(&self) -> Option<&DustTable> {
         None
     }
-    /// Adds the content to a digest. The default tells objects apart by their address.
+    /// Adds the content to a digest. The default distinguishes objects by address.
     fn content(&self, digest: &mut Digest) {
         digest.object(self);
     }
@@ -160,7 +160,7 @@ impl Extinction {
         Ok(Self { name: Cow::Borrowed(entry.name), r_v, law })
     }
 
-    /// The model of grains that tells how the law's dust scatters: its own; for a law of the Milky Way, which takes R_V
+    /// Grain model of the scattering by the law's dust: its own; for a law of the Milky Way, which takes R_V
     /// and is extinction alone, that of Draine 2003 whose R_V is nearest. Other laws have none.
     pub fn grains(&self) -> Option<DustTable> {
         let borrowed = || match tabulated::nearest_in_the_milky_way(self.r_v?).maker {

@@ -95,7 +95,7 @@ pub trait Curve: std::fmt::Debug + Send + Sync {
     fn support_um(&self) -> (f64, f64);
     /// The wavelengths at which T is not smooth, both ends of the support included \[µm\].
     fn breakpoints_um(&self) -> Vec<f64>;
-    /// Adds the content to a digest. The default tells objects apart by their address.
+    /// Adds the content to a digest. The default distinguishes objects by address.
     fn content(&self, digest: &mut Digest) {
         digest.object(self);
     }

@@ -23,7 +23,7 @@ pub(super) const ENTRY: RuleEntry = RuleEntry {
     solve,
 };
 
-/// The rule of previews: so many nodes, and nothing is stated of the error.
+/// The rule of previews: a fixed number of nodes without a certificate.
 pub const PREVIEW: RuleEntry = RuleEntry {
     name: "preview",
     summary: "three Gauss nodes per band, without a certificate, for previews",

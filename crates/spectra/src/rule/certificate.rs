@@ -47,7 +47,7 @@ impl Certificate {
             let difference = (approximation(a) - truth).abs();
             [difference / total, difference / truth.max(f64::MIN_POSITIVE)]
         };
-        // Of sums in double precision; what a march in single precision adds is said by `rounded`.
+        // Of sums in double precision; `rounded` adds that of a march in single precision.
         let floor = 1e-14;
         let [absolute, relative] = suprema(error, depth);
         Self { absolute: MARGIN * absolute + floor, relative: MARGIN * relative + floor, depth }

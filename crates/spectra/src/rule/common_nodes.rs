@@ -123,7 +123,7 @@ impl CommonNodes {
     /// other light.
     ///
     /// # Errors
-    /// If more than a millionth of it lies outside of the nodes: its wavelengths are said.
+    /// If more than a millionth of it lies outside of the nodes; the error states its wavelengths.
     pub fn weights_of(nodes: &[Node], measure: &Measure) -> Result<Vec<f64>> {
         let (low, high) = (nodes[0].k, nodes[nodes.len() - 1].k);
         let rounding = 1e-9 * (high - low);

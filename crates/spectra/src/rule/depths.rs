@@ -36,7 +36,7 @@ pub(super) struct TablePlace {
 }
 
 impl TablePlace {
-    /// The place of an abscissa in units of the step, in a table of so many entries; beyond the last entry the last gap
+    /// The place of an abscissa in units of the step, in a table of a given number of entries; beyond the last entry the last gap
     /// goes on.
     pub fn new(x: f64, entries: usize) -> Self {
         let gap = (x as usize).min(entries - 2);

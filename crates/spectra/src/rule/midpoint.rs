@@ -3,7 +3,7 @@
 //! F(a) ≈ Σ_j W(λ_j) Δλ e^(−a k(λ_j)),  λ_j the midpoints of M equal intervals of D; a line counts at the midpoint of
 //! its interval: eq. (8) of docs/method.md.
 //!
-//! Source: Barrès & Neyret 2023, "double integration". M = 30 there, and here if nothing is said.
+//! Source: Barrès & Neyret 2023, "double integration". M = 30 there, and by default here.
 
 use super::nodes::Weighting;
 use super::{BandProblem, BandRule, Node, Nodes, RuleEntry};

@@ -238,7 +238,7 @@ pub struct RuleEntry {
 }
 
 impl RuleEntry {
-    /// The rule that serves so many passbands at the least cost, of which `problem` is one: this one, or that whose
+    /// The rule that serves a number of passbands at the least cost, of which `problem` is one: this one, or that whose
     /// nodes they share where these are less than half as many.
     pub fn serving(&'static self, bands: usize, problem: &BandProblem) -> &'static RuleEntry {
         let is_free = problem.settings.count.is_none() && problem.settings.domain_um.is_none();

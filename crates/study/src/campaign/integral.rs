@@ -3,7 +3,7 @@
 //!
 //! ∫ R(λ) S(λ) T(λ) dλ by the trapezoid rule with Richardson's correction (Simpson's rule) on a grid of equal steps of
 //! ln λ between any two corners of the curve, S by Planck's law with its own constants, T by whatever attenuates. Known
-//! to about 1e-9 of F(0): halving the steps tells.
+//! to about 1e-9 of F(0): as halved steps show.
 
 use spectra::extinction::ExtinctionLaw;
 use spectra::passband::Passband;

@@ -175,7 +175,7 @@ reference = "{pivot} um"
     /// A gas that glows within the box, and how a scene says it.
     fn gas(dice: &mut Dice, pivot: f64, radiance: f64) -> (SourceShape, String) {
         let exponent = -4.0 + 8.0 * dice.next();
-        // Strength is said per nm.
+        // Strength is stated per nm.
         let scale = format!(
             r#"scale = "{radiance} W/m2/sr/pc"
 continuum = 1e-3

@@ -18,7 +18,7 @@ pub(super) const CHAPTER: Chapter = Chapter {
 
 const EDGE: usize = 512;
 const BAKE: usize = 128;
-/// Frames of each method, and of one that takes so many seconds.
+/// Frames of each method, and of one of a given duration.
 const ROUNDS: usize = 8;
 const LONG_ROUNDS: usize = 2;
 const LONG: f64 = 3.0;

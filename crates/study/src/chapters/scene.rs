@@ -49,7 +49,7 @@ const BANDS: &str = "[[band]]\nname = \"blue\"\nkind = \"polynomial\"\ncoefficie
      [[band]]\nname = \"red\"\nkind = \"polynomial\"\ncoefficients = [-51.1605, 160.4938, -123.4568]\nlow = \"560 nm\"\nhigh = \"740 nm\"\n";
 
 impl Run {
-    /// Barrès & Neyret's cloud on `bake` voxels an edge, lit by so many stars, seen through its filters or through one
+    /// Barrès & Neyret's cloud on `bake` voxels an edge, lit by a number of stars, seen through its filters or through one
     /// passband of the catalogue, in `edge` × `edge` pixels.
     pub fn new(stars: usize, passband: Option<&str>, bake: usize, edge: usize) -> Result<Self> {
         let mut text = passband.map_or(String::new(), |name| format!("bands = [\"{name}\"]\n"));

@@ -98,7 +98,7 @@ fn percent(v: f64) -> String {
     format!("{:.2} %", 100.0 * v)
 }
 
-/// A scene of so many stars, its plan, and how long its frame takes beside that of one star.
+/// A scene of a number of stars, its plan, and its frame time relative to that of one star.
 struct StarRun {
     stars: usize,
     scene: Scene,

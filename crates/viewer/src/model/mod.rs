@@ -41,7 +41,7 @@ pub struct Shown {
 pub struct Notice {
     /// The words of the message.
     pub words: String,
-    /// True if it tells that something went wrong.
+    /// True if it reports an error.
     pub error: bool,
     /// When it was first shown [s of the window's clock].
     pub since: Option<f64>,
@@ -117,7 +117,7 @@ impl Model {
         (left > 0.0).then_some(left)
     }
 
-    /// Changes the document, and tells what is wrong with the change; false where it was not made.
+    /// Changes the document and reports errors; false if the change was rejected.
     pub fn apply(&mut self, edit: Edit) -> bool {
         let before = self.document.scene().clone();
         match self.document.apply(edit) {

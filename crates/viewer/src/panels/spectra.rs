@@ -215,7 +215,7 @@ fn as_points(bands: &[Passband]) -> Edit {
         let (low, high) = band.support_um();
         let nm: Vec<f64> = (0..POINTS).map(|i| 1e3 * (low + (high - low) * i as f64 / (POINTS - 1) as f64)).collect();
         let peak = if band.peak() > 1.0 { band.peak() } else { 1.0 };
-        // What a photon counts for is said by `counting`, the curve is the throughput alone.
+        // `counting` states the weight of a photon, the curve is the throughput alone.
         let weight = |nm: f64| if band.counting().name() == "photon" { band.pivot().nm() / nm } else { 1.0 };
         let mut star_table = Table::new();
         star_table.insert("name", Item::Value(band.name().into()));

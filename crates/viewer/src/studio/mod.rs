@@ -128,7 +128,7 @@ impl Studio {
         Options::within(memory_limit).with_sweeper(self.sweeper.clone())
     }
 
-    /// Makes what is asked for, from coarse to fine; `show` hears of every stage. A picture that is only shown in
+    /// Renders requests from coarse to fine; `show` receives every stage. A picture that is only shown in
     /// another way is coloured anew, no more.
     ///
     /// # Errors

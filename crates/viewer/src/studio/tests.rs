@@ -148,7 +148,7 @@ fn device() -> (Gpu, eframe::wgpu::Device) {
 }
 
 /// The picture of a device is that of the processor to the accuracy that both are planned for. When a device is
-/// lost, the user is told and the processor goes on.
+/// lost, the user is notified and the processor takes over.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn devices_make_the_same_pictures() {

@@ -390,7 +390,7 @@ struct SpanSamples<'a> {
 }
 
 impl SpanSamples<'_> {
-    /// Reads all channels at a number of steps into the span; the sample stands for so many steps around it.
+    /// Reads all channels at a number of steps into the span; the sample represents that number of steps around it.
     #[inline(always)]
     fn read(&mut self, steps: f32, length: f32, out: &mut [Lane]) {
         let t = lanes!(|lane| steps * self.dt[lane]);

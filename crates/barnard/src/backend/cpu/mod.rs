@@ -108,7 +108,7 @@ pub fn distances(plan: &Planned, control: &Control) -> Result<Distances> {
 type RayPacket<'a> = (&'a [Ray; LANES], &'a [u64; LANES]);
 
 /// What `packet` finds on the rays of a camera, channel × lane, as an image of channels × height × width; and the largest of
-/// the numbers that it tells beside.
+/// its other results.
 fn marched(
     camera: &Camera,
     channels: usize,

@@ -19,7 +19,7 @@ pub(super) struct PhaseEntries {
 }
 
 impl PhaseRows {
-    /// A table of `values`, so many at each entry.
+    /// A table of `values`, several per entry.
     pub(super) fn new(values: &[f32], columns: usize) -> Self {
         if columns == 1 {
             return Self { values: values.to_vec(), stride: 1 };

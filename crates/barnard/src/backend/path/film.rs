@@ -39,7 +39,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// An empty film of so many pixels.
+    /// An empty film of a given number of pixels.
     pub fn new(pixels: usize) -> Self {
         Self { estimates: vec![Estimate::default(); pixels], samples: 0, bad: 0 }
     }

@@ -123,7 +123,7 @@ pub fn check_memory(scene: &Scene, limit: u64) -> Result<()> {
 const PASS: u64 = 8;
 
 /// Adds paths to `film` until the options are met; passes that are finished stay when `control` interrupts. `tell`
-/// hears of the film after each.
+/// receives the film after each.
 ///
 /// # Errors
 /// If a density has no bound, and [`Interrupted`](crate::Error::Interrupted).
@@ -185,7 +185,7 @@ fn trace_by(
     Ok(())
 }
 
-/// Path number `number` of a pixel in every band: `brings` hears of bands and radiances.
+/// Path number `number` of a pixel in every band: `brings` receives bands and radiances.
 fn follow(tracer: &Tracer, scene: &Scene, seed: u64, pixel: usize, number: u64, mut brings: impl FnMut(usize, f64)) {
     let camera = &scene.camera;
     let mut random = Counter::nested(seed, pixel as u64, number);

@@ -109,7 +109,7 @@ impl PathState {
 }
 
 impl<'a> Tracer<'a> {
-    /// A tracer of `lights` in `scene`, seen with such `detail`, that counts paths of so many scatterings.
+    /// A tracer of `lights` in `scene`, with density detail, that counts paths of a given number of scatterings.
     ///
     /// # Errors
     /// If a density has no bound, and on interruption by the user.

@@ -148,7 +148,7 @@ fn extended(scene: &Scene, detail: Option<SeenDetail>, accuracy: f64, control: &
     Ok(data)
 }
 
-/// Draws the unresolved sources of `scene` to `accuracy`: `add` hears of places in bands × height × width, and
+/// Draws the unresolved sources of `scene` to `accuracy`: `add` receives indices in bands × height × width, and
 /// radiances [W m⁻² sr⁻¹].
 pub(super) fn draw_points(scene: &Scene, accuracy: f64, control: &Control, add: impl FnMut(usize, f64)) -> Result<Vec<PointSource>> {
     RayConstants::new(scene, accuracy, control)?.draw_points(add)

@@ -31,7 +31,7 @@ use crate::plan::star_depths::{self, Progress};
 use crate::scene::{Scene, Star, StarDepthSource};
 use crate::volume::{Bricks, Channel, ChannelMut, Volume};
 
-/// So many stars are all marched one by one, unless told otherwise.
+/// Up to this number, stars are marched one by one by default.
 const ALL: usize = 8;
 /// The part of all light through a band from which on a star is marched by itself, where there are more.
 const BRIGHT: f64 = 0.5;
@@ -179,7 +179,7 @@ impl ManyLights {
         self.member.get(star) == Some(&true)
     }
 
-    /// Depth at V from star number `i` to a place near it with so much σ: that of a mean of both ends \[1\].
+    /// Depth at V from star number `i` to a near place of extinction σ: that of a mean of both ends \[1\].
     pub fn near_depth(&self, i: usize, distance_pc: f64, sigma: f64) -> f64 {
         0.5 * distance_pc * (f64::from(self.sigma[i]) + sigma)
     }
@@ -247,7 +247,7 @@ impl ManyLights {
     }
 }
 
-/// For each of so many stars, whether it is one of `members`.
+/// For each of a given number of stars, whether it is one of `members`.
 pub fn mask(members: &[usize], stars: usize) -> Vec<bool> {
     let mut mask = vec![false; stars];
     members.iter().for_each(|star| mask[*star] = true);

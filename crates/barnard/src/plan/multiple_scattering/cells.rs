@@ -157,7 +157,7 @@ pub struct DirectSource<'a> {
     pub place: DVec3,
     /// The weights without k ω that it sends.
     pub sent: &'a EightLanes,
-    /// Depth at V from it to a place with so much σ [1].
+    /// Depth at V from it to a place of extinction σ [1].
     pub depth: Box<dyn Fn(DVec3, f64) -> f64 + 'a>,
     /// Radius of the kernel within which its light counts [pc]; none where all of it does.
     pub kernel_pc: Option<f64>,

@@ -70,7 +70,7 @@ impl Cut {
         cells.into_iter()
     }
 
-    /// The slope after so many cells.
+    /// The slope after a given number of cells.
     fn slope(&self, part: f64) -> f64 {
         (std::f64::consts::FRAC_PI_4 * (2.0 * part / self.edge as f64 - 1.0)).tan()
     }

@@ -102,7 +102,7 @@ impl FarField<'_> {
         self.levels(cells, 1, Some(scattering.view), control, |star, first, out| add_seen(star, scattering, first, out))
     }
 
-    /// Moments of the radiance of each cell beyond all kernels, which must be even, for so many harmonics.
+    /// Moments of the radiance of each cell beyond all kernels, which must be even, for a given number of harmonics.
     ///
     /// # Errors
     /// On interruption by the user.
@@ -277,7 +277,7 @@ impl Beside<'_> {
 }
 
 simd! {
-    /// Adds moments of a star's light, so many harmonics a cell, to up to sixteen cells from number `first` of the row on.
+    /// Adds moments of a star's light, a given number of harmonics a cell, to up to sixteen cells from number `first` of the row on.
     fn add_moments(star: &Beside, first: usize, count: usize, out: &mut [EightLanes]) {
         let lit = star.at(first);
         let mut values = [[0.0; LANES]; COUNT];

@@ -99,7 +99,7 @@ impl Fineness {
     pub const PREVIEW: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
 }
 
-/// Directions of the field that tells how exact those of the full one are: fewer of the first order, more of the
+/// Directions of the field that estimates the error of the full one: fewer of the first order, more of the
 /// others.
 const OTHER: [usize; 2] = [4, 4];
 /// Light of less is none, in parts of the brightest.

@@ -18,7 +18,7 @@ pub struct Moments<const N: usize = WIDTH> {
 }
 
 impl Moments {
-    /// The bytes that the moments of so many cells take.
+    /// The bytes that the moments of a given number of cells take.
     pub fn bytes(cells: usize, count: usize) -> u64 {
         (size_of::<EightLanes>() as u64).saturating_mul(cells as u64).saturating_mul(count as u64)
     }

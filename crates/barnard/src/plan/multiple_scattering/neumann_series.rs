@@ -61,7 +61,7 @@ impl NeumannSeries {
         (series, rest)
     }
 
-    /// The number of orders that will be swept in all, as far as it can be told.
+    /// Expected number of orders.
     pub fn expected(&self, bounces: usize) -> u64 {
         let ratio = (0..WIDTH).filter_map(|t| self.last(0, t)).map(|l| l.0).fold(0.1, f64::max).min(0.99);
         let part = (0..WIDTH).filter_map(|t| self.last(0, t)).map(|l| l.1).fold(0.0, f64::max).max(REST);

@@ -94,7 +94,7 @@ impl<'a> Problem<'a> {
         Ok(Fitting { cells, bytes, coarser: edge < fineness.cells })
     }
 
-    /// Cells of the dust, at most so many along an edge.
+    /// Cells of the dust, at most `most` along an edge.
     pub fn cells(&self, most: usize) -> SweepCells {
         SweepCells::new(self.dust, self.draft.space.gas(), most)
     }

@@ -65,7 +65,7 @@ impl<'a> Sweepers<'a> {
     }
 }
 
-/// Orders of so many terms, side by side.
+/// Orders of a given number of terms, side by side.
 struct OnProcessor<'a, const N: usize> {
     transfer: Transfer<'a>,
     k: Lanes<N>,

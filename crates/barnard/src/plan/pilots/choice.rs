@@ -191,7 +191,7 @@ struct Marches<'a> {
 }
 
 impl Marches<'_> {
-    /// The light of all pilots with exact star depths, at so many samples in a voxel edge: pilot × band.
+    /// The light of all pilots with exact star depths, at a given number of samples in a voxel edge: pilot × band.
     fn exact(&self, space: &SpatialPlan, per_voxel: f64) -> Result<Vec<Vec<f64>>> {
         self.all(|pilot| march(space, &self.exact, pilot, Stepping::PerVoxel(per_voxel), true))
     }

@@ -271,7 +271,7 @@ mod tests {
         assert_eq!((one.0, one.1), (good.0, good.1));
     }
 
-    /// Dust and gas that thicken inwards, with a star inside, seen by a camera of so many degrees and pixels.
+    /// Dust and gas that thicken inwards, with a star inside, seen by a camera of a given number of degrees and pixels.
     fn glowing_cloud(degrees: f64, size: (usize, usize)) -> Planned {
         let ball = |core: f64| Plummer::new(DVec3::ZERO, core).unwrap().with_cut(1.0).unwrap();
         let gas = Emission::new(ball(0.2), Spectrum::of_lines(vec![Line { lambda_um: 0.55, strength: 1e-20 }]));

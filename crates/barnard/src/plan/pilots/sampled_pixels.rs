@@ -39,7 +39,7 @@ const CONTRASTED: usize = 40;
 /// Images of no more pixels are taken whole.
 const SMALL: usize = 400;
 
-/// The sample of a camera's picture; `look` tells the light of a pixel in every band.
+/// The sample of a camera's picture; `look` returns the light of a pixel in every band.
 ///
 /// # Errors
 /// Errors of `look`.

@@ -9,7 +9,7 @@ use crate::memory;
 use crate::plan::Options;
 use crate::scene::{Method, Scene};
 
-/// The most voxels along an edge of a function that is sampled without being told how finely.
+/// The most voxels along an edge of a function without a stated resolution.
 pub const MAX_BAKE: usize = 256;
 /// Fewest voxels along the longest edge of a sampled function.
 pub const MIN_BAKE: usize = 32;

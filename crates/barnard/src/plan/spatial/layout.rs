@@ -57,7 +57,7 @@ impl SpatialPlan {
         self.lay_out(1, &[], scene, options, control)
     }
 
-    /// Volumes of dust, the depths of so many stars, and gas: what has one lattice stands together.
+    /// Volumes of dust, the depths of a given number of stars, and gas: what has one lattice stands together.
     pub(super) fn lay_out(&mut self, factor: usize, stars: &[usize], scene: &Scene, options: &Options, control: &Control) -> Result<()> {
         let mut parts: Vec<(Lattice, Channel)> = Vec::new();
         if let Some(dust) = &self.dust {

@@ -41,7 +41,7 @@ pub struct PhaseEntry {
 }
 
 impl PhaseTable {
-    /// The place of cos θ and sin² θ in a table of so many entries.
+    /// The place of cos θ and sin² θ in a table of a given number of entries.
     #[inline(always)]
     pub fn entry(entries: usize, cosine: f32, sine2: f32) -> PhaseEntry {
         // sin or cos of θ/2, whichever is small, without cancellation.
@@ -73,7 +73,7 @@ impl PhaseAtPivot {
         (1..=SAMPLES).map(angle).find(|angle| self.at(angle.cos()) < half).unwrap_or(std::f64::consts::PI)
     }
 
-    /// The angle at whose middle it may be asked \[rad\]: over it ln p changes so much that the error of the midpoint,
+    /// The angle at whose middle it is evaluated \[rad\]: over it ln p changes so that the error of the midpoint,
     /// Δ²/24, is `accuracy` where it is steepest.
     pub fn midpoint_angle(&self, accuracy: f64) -> f64 {
         let step = std::f64::consts::PI / SAMPLES as f64;
@@ -130,7 +130,7 @@ impl PhaseAtPivot {
     }
 }
 
-/// The cos θ of an entry in a table of so many.
+/// The cos θ of an entry in a table of a given length.
 fn cosine_of(entry: usize, entries: usize) -> f64 {
     cosine(PHASE_RANGE * entry as f64 / (entries - 1) as f64)
 }

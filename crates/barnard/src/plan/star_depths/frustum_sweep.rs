@@ -1,7 +1,7 @@
 //! Sweeps of optical depth through a frustum that has a star at its apex.
 //!
 //! Space around a star is cut into six frustums, one along each axis and direction of the lattice. In one of them every
-//! ray from the star crosses the planes of voxel centres one after the other, and is told by its slopes (u, v) in
+//! ray from the star crosses the planes of voxel centres one after the other, and is given by its slopes (u, v) in
 //! voxels a plane:
 //!
 //!   τ(u, v; w_k) = τ(u, v; w_{k−1}) + ℓ(u, v) ∫ σ(w u, w v, w) dw
@@ -40,7 +40,7 @@ use crate::volume::{ChannelMut, PlanePart, ROWS_TOGETHER};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
 pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// A ray that comes in behind the last plane is followed so many intervals on; others never come in.
+/// A ray that comes in behind the last plane is followed by this number of intervals; others never enter.
 pub const BEYOND: f64 = 3.0;
 /// Planes across x that are written together: a line of memory holds sixteen single values; and their bytes at most.
 const PLANES_TOGETHER: usize = 16;
@@ -54,7 +54,7 @@ pub(super) struct FrustumSweep<'a> {
     pub frustum: Frustum,
     /// Voxels along u and v that are written.
     pub ranges: [Range<usize>; 2],
-    /// The depth of the straight way from the star to a voxel along u, v, w, where no ray beside it tells it.
+    /// The depth of the straight way from the star to a voxel along u, v, w, where no neighbouring ray gives it.
     pub exact: &'a (dyn Fn([usize; 3]) -> f32 + Sync),
 }
 
@@ -92,7 +92,7 @@ impl Interval {
     }
 }
 
-/// Depths from `star` \[pc\] through `dust` (σ at V [pc⁻¹]) of all voxels, written into `out`; `visit` hears how
+/// Depths from `star` \[pc\] through `dust` (σ at V [pc⁻¹]) of all voxels, written into `out`; `visit` receives how
 /// many were written.
 ///
 /// # Errors

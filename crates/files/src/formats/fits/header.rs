@@ -67,7 +67,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// Reads a header of at most so many blocks, of which it takes some away.
+    /// Reads a header of at most a number of blocks, which is reduced by those read.
     fn read(request: &mut Request, start: u64, blocks: &mut usize) -> Result<Self> {
         let path = request.path;
         let broken = |reason: &str| Error::file(path, format!("is not a valid FITS file: {reason}"));

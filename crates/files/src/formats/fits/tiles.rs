@@ -173,7 +173,7 @@ impl<'h> CompressedTiles<'h> {
             Some((name, packing, from, bytes))
         });
         let (name, packing, from, bytes) = found.ok_or_else(|| wrong("it holds nothing"))?;
-        // No packer makes numbers so much longer.
+        // No compression expands numbers by more.
         if bytes > self.elements().saturating_mul(16).saturating_add(1 << 16) {
             return Err(wrong("it is longer than its numbers: the file is corrupt"));
         }
@@ -259,7 +259,7 @@ fn decoded(stored: Stored, bytes: &[u8], count: usize) -> Result<Vec<f64>, Strin
     if values.len() == count { Ok(values) } else { Err(format!("it has {} numbers, expected {count}", values.len())) }
 }
 
-/// Whole numbers of so many bytes that Rice coding packed, in blocks of `pixels`.
+/// Integers of a number of bytes that Rice coding packed, in blocks of `pixels`.
 fn rice(packed: &[u8], count: usize, pixels: usize, bytes: usize) -> Result<Vec<f64>, String> {
     let broken = || "its Rice data are truncated".to_owned();
     let width = 8 * bytes as u32;

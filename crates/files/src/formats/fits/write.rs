@@ -69,7 +69,7 @@ fn unit(image: &Image) -> RadianceUnit {
     image.observation.map(|observation| observation.unit).unwrap_or_default()
 }
 
-/// True if something that is said of a picture holds in its unit.
+/// True if a statement about a picture is true in its unit.
 fn holds(image: &Image, name: &str) -> bool {
     unit(image) == RadianceUnit::Si || !OF_SI.contains(&name)
 }

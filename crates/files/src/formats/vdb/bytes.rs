@@ -140,7 +140,7 @@ impl<'a> Bytes<'a> {
         Ok(String::from_utf8_lossy(&self.take(length)?).into_owned())
     }
 
-    /// A mask of so many bits.
+    /// A mask of a given number of bits.
     pub fn mask(&mut self, bits: usize) -> Result<Mask> {
         let bytes = self.take(bits / 8)?;
         Ok(Mask(bytes.as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word)).collect()))

@@ -87,7 +87,7 @@ impl Coding {
         Ok(value[0])
     }
 
-    /// Reads the block of a node with so many places, of which `active` are.
+    /// Reads the block of a node with a number of places, of which those of `active` are stored.
     pub fn block(&self, bytes: &mut Bytes, active: &Mask, places: usize) -> Result<StoredBlock> {
         let kind = bytes.u8()?;
         if kind > inactive::STORED {
@@ -162,7 +162,7 @@ impl Coding {
     }
 }
 
-/// Numbers of so many bytes each.
+/// Numbers of a given number of bytes each.
 fn unpack<T: FileFloat>(bytes: &[u8], size: usize, values: &mut [T]) {
     match size {
         2 => values.iter_mut().zip(bytes.as_chunks::<2>().0).for_each(|(v, b)| *v = T::of(f64::from(f16::from_le_bytes(*b)))),

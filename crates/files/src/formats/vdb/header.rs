@@ -23,7 +23,7 @@ const HALF: &str = "_HalfFloat";
 /// Separator of a grid's name and number for duplicate names.
 const NUMBER: char = '\u{1e}';
 
-/// One grid of a file, as far as its head tells.
+/// One grid of a file, as its header states it.
 #[derive(Debug, Clone)]
 pub struct Descriptor {
     /// The name, with its number where it is not the only one of it.

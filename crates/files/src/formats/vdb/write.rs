@@ -65,7 +65,7 @@ fn text(text: &str) -> Vec<u8> {
 fn head(file: &GridFile) -> Vec<u8> {
     // The version of the library whose format this is, then that there is a table of grids.
     let numbers = [VERSION, 10, 0].map(u32::to_le_bytes).concat();
-    // No two files need to be told apart by it.
+    // Nothing distinguishes files by it.
     let unique = b"00000000-0000-0000-0000-000000000000";
     let none = 0u32.to_le_bytes();
     let one = 1u32.to_le_bytes();

@@ -124,13 +124,13 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// Blocks for so many voxels, all of them zero.
+    /// Blocks for a number of voxels, all of them zero.
     fn empty(dims: [usize; 3], storage: Storage) -> Self {
         let counts = dims.map(|n| n.div_ceil(EDGE));
         Self { dims, counts, blocks: vec![None; counts.iter().product()], storage }
     }
 
-    /// Blocks for so many voxels whose values are made row by row along x, at y and z: `row` writes all of one.
+    /// Blocks for a number of voxels whose values are made row by row along x, at y and z: `row` writes all of one.
     pub(crate) fn made<R>(dims: [usize; 3], room: impl Fn() -> R + Sync, row: impl Fn(&mut R, [usize; 2], &mut [f32]) + Sync) -> Self {
         let mut made = Self::empty(dims, Storage::Single);
         let [nx, ny, nz] = dims;

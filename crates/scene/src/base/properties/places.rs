@@ -73,7 +73,7 @@ mod tests {
         Value::Text(words.into())
     }
 
-    /// Values are set where they are meant, and places that are none are told.
+    /// Values are set where they are meant, and invalid places are rejected.
     #[test]
     fn places_of_a_tree() {
         let mut tree = Table::default();

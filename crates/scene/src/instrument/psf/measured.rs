@@ -50,7 +50,7 @@ pub struct MeasuredPsf {
 const MAX_EDGE: usize = 4097;
 
 impl MeasuredPsf {
-    /// An image of so many columns and rows, in rows, and the angle of its pixels \[rad\].
+    /// An image of a given number of columns and rows, in rows, and the angle of its pixels \[rad\].
     ///
     /// # Errors
     /// If it is no image of a point: empty, too large, negative in sum, or with values that are no numbers.

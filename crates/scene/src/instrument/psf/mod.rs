@@ -89,7 +89,7 @@ mod tests {
                 assert!((kernel.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{psf:?} {pixel}");
                 assert!(kernel.values.iter().all(|v| *v >= 0.0), "{psf:?} {pixel}");
             }
-            // A pixel of a degree holds all of it: nothing is said, or nothing leaves it.
+            // A pixel of a degree holds all of it: the PSF is not stated, or it is narrower.
             let view = OpticsView { instrument: &instrument, band: &band(0.55), pixel_rad: 3600.0 * arcsec, reach: 5 };
             assert!(psf.kernel(&view).unwrap().is_none_or(|kernel| kernel.values[60] > 0.99), "{psf:?}");
         }

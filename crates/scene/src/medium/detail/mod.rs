@@ -114,7 +114,7 @@ impl Octave {
     }
 }
 
-/// The farthest place of the noise that single precision tells apart well enough, to 1e-2 of a wave.
+/// The farthest place of the noise that single precision resolves well enough, to 1e-2 of a wave.
 const FARTHEST: f64 = 1e5;
 
 /// Largest distance of a grid from the origin \[pc\].
@@ -250,7 +250,7 @@ mod tests {
         assert!(noise.octaves.iter().all(|o| (turned(o) - WAVELENGTH).abs() < 1e-12));
         let measured = FineDetail::new(&Detail::default(), [&grid(32)].into_iter());
         assert!(measured.octaves.len() == 4 && measured.octaves.iter().all(|o| o.deviations[0] < 0.05));
-        // Where single precision tells no places apart, there is no noise.
+        // Where single precision resolves no positions, there is no noise.
         let far = Grid::sampled(Lattice { dims: [32; 3], bounds: Bounds::cube(DVec3::X * 2e3, 1.0) }, |_| 1.0);
         assert_eq!(
             FineDetail::new(&detail(), [&far].into_iter()).octaves.iter().map(|o| o.wavelength_pc).collect::<Vec<_>>(),

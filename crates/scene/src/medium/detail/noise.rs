@@ -38,7 +38,7 @@ pub fn double(p: [f64; 3], seed: u32) -> f64 {
     noise!(p, seed, double_corner, f64, 6_755_399_441_055_744.0)
 }
 
-/// Contribution of a corner at a position relative to it; `rows` are those of the first corner, from which it is so many steps.
+/// Contribution of a corner at a position relative to it; `rows` are those of the first corner; the steps lead from there to it.
 #[inline(always)]
 fn single_corner(rows: [u32; 3], steps: [bool; 3], seed: u32, at: [f32; 3]) -> f32 {
     corner!(rows, steps, seed, at, f32, u32)
@@ -74,7 +74,7 @@ macro_rules! noise {
 }
 use noise;
 
-/// A corner in one precision, whose numbers have so many bits.
+/// A corner in one precision of a number of bits.
 macro_rules! corner {
     ($rows:expr, $steps:expr, $seed:expr, $at:expr, $real:ty, $bits:ty) => {{
         let [x, y, z]: [$real; 3] = $at;
@@ -142,7 +142,7 @@ mod tests {
         }
     }
 
-    /// Its waves are about as long as is said: values half of it apart are opposed to each other, those a tenth of it apart alike.
+    /// Its waves have about the stated length: values half of it apart are opposed to each other, those a tenth of it apart alike.
     #[test]
     fn waves_have_their_length() {
         let correlation = |r: f64| {

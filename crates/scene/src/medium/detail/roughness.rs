@@ -19,7 +19,7 @@ use crate::random::Counter;
 const PLACES: u64 = 1 << 14;
 /// The median of what a normal number of variance one is away from zero.
 const MEDIAN: f64 = 0.674_489_75;
-/// Exponents that are told apart: a cloud that has no fine waves looks like the last.
+/// Exponents that are distinguished: a cloud without fine waves gives the last.
 const SLOPES: (f64, f64) = (3.05, 6.0);
 /// The largest deviation that is believed.
 const ROUGHEST: f64 = 1.0;
@@ -79,14 +79,14 @@ fn two_voxels(grid: &Grid) -> f64 {
     2.0 * (grid.lattice().voxel_pc().to_array().iter().map(|edge| edge.ln()).sum::<f64>() / 3.0).exp()
 }
 
-/// ∫ x^(2−n) (6 − 8 sinc x + 2 sinc 2x) dx up to the finest waves of a grid, for places so many voxels apart.
+/// ∫ x^(2−n) (6 − 8 sinc x + 2 sinc 2x) dx up to the finest waves of a grid, for places a given number of voxels apart.
 fn response(slope: f64, apart: f64) -> f64 {
     let sinc = |x: f64| x.sin() / x;
     let seen = |x: f64| if x < 0.05 { 0.2 * x.powi(4) } else { 6.0 - 8.0 * sinc(x) + 2.0 * sinc(2.0 * x) };
     integrate(|x| if x > 0.0 { x.powf(2.0 - slope) * seen(x) } else { 0.0 }, 0.0, apart * PI, 1e-7)
 }
 
-/// The mean square of second differences of ln ρ over so many voxels, by the median over places where there is mass.
+/// The mean square of second differences of ln ρ over a given number of voxels, by the median over places where there is mass.
 fn second_difference(grid: &Grid, apart: usize) -> f64 {
     let dims = grid.lattice().dims;
     let axes: Vec<usize> = (0..3).filter(|axis| dims[*axis] > 2 * apart).collect();

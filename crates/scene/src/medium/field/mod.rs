@@ -122,7 +122,7 @@ pub trait Field: std::fmt::Debug + Send + Sync {
     fn check(&self) -> Result<()> {
         self.bounds().checked().map(drop)
     }
-    /// Adds the content to a digest. The default tells objects apart by their address.
+    /// Adds the content to a digest. The default distinguishes objects by address.
     fn content(&self, digest: &mut Digest) {
         digest.object(self);
     }
@@ -193,7 +193,7 @@ pub(crate) fn takes_long(section: &Section) -> bool {
 /// Builds the field that a `[field.NAME]` table describes.
 ///
 /// # Errors
-/// If a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; the error states its place.
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
     build_kind("field", KINDS, section, inputs)
 }

@@ -40,7 +40,7 @@ impl Partition {
         self.cuts[axis].len() - 1
     }
 
-    /// The voxels of a brick along an axis; those of the last where there are not so many.
+    /// The voxels of a brick along an axis; fewer for the last.
     pub fn range(&self, axis: usize, brick: usize) -> Range<usize> {
         let brick = brick.min(self.count(axis) - 1);
         self.cuts[axis][brick]..self.cuts[axis][brick + 1]

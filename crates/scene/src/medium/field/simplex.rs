@@ -48,7 +48,7 @@ impl Simplex {
         32.0 * (term([false; 3], 0.0) + term(second, 1.0 / 6.0) + term(third, 1.0 / 3.0) + term([true; 3], 0.5))
     }
 
-    /// The contribution of the corner that is so many steps from the first, which lies at distance `first`.
+    /// The contribution of the corner at these steps from the first, which lies at distance `first`.
     #[inline(always)]
     fn corner(&self, cell: [f64; 3], first: [f64; 3], steps: [bool; 3], unskew: f64) -> f64 {
         let at = |axis: usize| first[axis] - if steps[axis] { 1.0 } else { 0.0 } + unskew;

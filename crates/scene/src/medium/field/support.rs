@@ -98,7 +98,7 @@ impl Operand for Support {
         }
     }
 
-    /// The region of the lesser or the greater of two, which `choose` tells.
+    /// The region of the lesser or the greater of two, by `choose`.
     fn chosen(self, other: Self, choose: fn(f64, f64) -> f64) -> Self {
         match (&self, &other) {
             (Support::Number(a), Support::Number(b)) => Support::Number(choose(*a, *b)),

@@ -52,7 +52,7 @@ impl Forcing {
         }
     }
 }
-/// The exponent of the three-dimensional spectrum unless told otherwise: that of Kolmogorov, 5/3 along a line.
+/// Default exponent of the three-dimensional spectrum: that of Kolmogorov, 5/3 along a line.
 const SLOPE_OF_KOLMOGOROV: f64 = 11.0 / 3.0;
 /// Voxels that are made at once where a scene is read roughly: the same waves, without the fine ones.
 const ROUGH: usize = 64;

@@ -58,7 +58,7 @@ use crate::random::Counter;
 /// assert!((sphere - 1.0).abs() < 1e-9);
 /// ```
 pub trait Phase: std::fmt::Debug + Send + Sync {
-    /// Adds the content to a digest. The default tells objects apart by their address.
+    /// Adds the content to a digest. The default distinguishes objects by address.
     fn content(&self, digest: &mut Digest) {
         digest.object(self);
     }
@@ -92,7 +92,7 @@ pub const KINDS: &[PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND, drai
 /// Reads a `[dust.phase]` table.
 ///
 /// # Errors
-/// If a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; the error states its place.
 pub fn build(section: &Section, inputs: &Inputs, extinction: &Extinction) -> Result<Arc<dyn Phase>> {
     let kind = chosen("phase function", KINDS, |k| (k.name, k.keys), &[], section)?;
     (kind.build)(section, inputs, extinction)

@@ -80,7 +80,7 @@ pub const KINDS: &[Kind<Projection>] = &[
 /// Reads a `[bookmark.NAME]` table: a camera, with the pixels of the scene's own where it does not say others.
 ///
 /// # Errors
-/// If a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; the error states its place.
 pub fn bookmark(section: &Section, inputs: &Inputs, viewed: &Camera) -> Result<Camera> {
     let mut camera = build(section, inputs)?;
     if !section.has(&SIZE) {
@@ -95,7 +95,7 @@ pub fn bookmark(section: &Section, inputs: &Inputs, viewed: &Camera) -> Result<C
 /// Reads the `[camera]` table.
 ///
 /// # Errors
-/// If a key is unknown, missing or wrong; its place is said.
+/// If a key is unknown, missing or wrong; the error states its place.
 pub fn build(section: &Section, inputs: &Inputs) -> Result<Camera> {
     let projection = build_kind_with("camera", KINDS, COMMON, section, inputs)?;
     if section.has(&PATH) {

@@ -68,7 +68,7 @@ pub struct Stereo {
     pub merge: (f64, f64),
 }
 
-/// Heights between which eyes become one that nothing is said of [rad].
+/// Default heights between which both eyes merge [rad].
 const MERGE: (f64, f64) = (PI / 3.0, PI * 75.0 / 180.0);
 
 impl Stereo {

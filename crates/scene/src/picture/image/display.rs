@@ -133,7 +133,7 @@ impl Tone {
 }
 
 impl Display {
-    /// As pictures of these passbands are shown that nothing is said of: in natural colours, or those of red, green and
+    /// Default display of these passbands: in natural colours, or those of red, green and
     /// blue outside of the visible; black is zero, white found from the picture.
     pub fn of(bands: &[Passband]) -> Self {
         let palette = Palette::by_name("natural", bands).or_else(|_| Palette::by_name("rgb", bands));

@@ -152,7 +152,7 @@ impl ApertureShape {
 }
 
 impl Pupil {
-    /// A round one with a round obstruction in its middle and so many vanes, the first at an angle from the right \[deg\]; sizes are parts
+    /// A circular aperture with a circular central obstruction and a number of vanes, the first at an angle from the right \[deg\]; sizes are parts
     /// of its diameter.
     pub fn round(obstruction: f32, vanes: usize, width: f32, first_deg: f32) -> Self {
         let discs = [(0.5, 1.0), (0.5 * obstruction, -1.0)].into_iter().filter(|(radius, _)| *radius > 0.0);

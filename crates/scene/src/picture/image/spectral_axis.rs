@@ -9,7 +9,7 @@ pub struct SpectralAxis {
     pub step_um: f64,
     /// The number of channels.
     pub count: usize,
-    /// The wavelength of the line at rest that velocities are told from, in vacuum \[µm\].
+    /// The wavelength of the line at rest that velocities are relative to, in vacuum \[µm\].
     pub rest_um: Option<f64>,
     /// λ over the full width at half maximum of a line; none where channels have sharp edges.
     pub resolving_power: Option<f64>,

@@ -27,7 +27,7 @@ impl Stepping {
         }
     }
 
-    /// Segments along so many parsecs.
+    /// Segments along a length in parsecs.
     pub fn steps(self, length_pc: f64, voxel_pc: f64) -> usize {
         match self {
             Stepping::PerVoxel(n) | Stepping::Paired(n) => (length_pc / voxel_pc * n).ceil().max(1.0) as usize,

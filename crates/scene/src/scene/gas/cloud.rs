@@ -76,13 +76,13 @@ pub struct GasCloud {
 }
 
 impl GasCloud {
-    /// The bytes that it takes to solve it and keep so many quantities.
+    /// Bytes for solving it and storing a number of quantities.
     pub fn bytes(&self, quantities: usize) -> u64 {
         let nodes = self.stars.first().map_or(0, |star| star.light.energies_ev.len());
         Cloud::bytes(self.lattice.cells(), self.stars.len(), nodes, quantities)
     }
 
-    /// Variant on means of blocks of voxels, so that its longest edge has so many at most.
+    /// Variant on means of blocks of voxels, so that its longest edge has at most a number.
     #[must_use]
     pub fn coarser(self, edge: usize) -> Self {
         let [nx, ny, nz] = self.lattice.dims;

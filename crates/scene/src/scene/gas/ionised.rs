@@ -8,9 +8,9 @@ use super::cloud::GasCloud;
 use crate::field::{Field, Grid};
 use crate::scene::species::Emission;
 
-/// The part of a star's photons that leaves the cloud which is told.
+/// Share of a star's photons leaving the cloud above which a note reports it.
 const ESCAPED: f64 = 0.005;
-/// The part of steps that did not settle which is told.
+/// Share of unconverged steps above which a note reports it.
 const UNSETTLED: f64 = 1e-4;
 
 /// Ionised state of a `[gas]` table.
@@ -39,7 +39,7 @@ pub struct IonisedGas {
 }
 
 impl IonisedGas {
-    /// The gas between this one and a later one, at a part of the way \[1\]: each species in proportion. What is told is that of this one.
+    /// The gas between this one and a later one, at a part of the way \[1\]: each species in proportion. Its notes are those of this one.
     pub(in crate::scene) fn mixed(&self, later: &Self, part: f64) -> Self {
         let mut species = Vec::new();
         let scaled = |density: &Arc<dyn Field>, factor: f64| -> Vec<f32> {

@@ -101,7 +101,7 @@ impl Terms {
         }
     }
 
-    /// The number of sums that a ray carries of so many terms.
+    /// Number of sums per ray for a number of terms.
     pub fn sums(&self, terms: usize) -> usize {
         match self {
             Terms::CommonNodes(common) => common.sums(),

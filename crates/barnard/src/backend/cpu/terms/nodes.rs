@@ -24,7 +24,7 @@ impl NodeTerms {
         Self::of(plan.spectral.bands.iter().flat_map(|b| of_band(&b.rule.form)).collect())
     }
 
-    /// Terms of so much extinction each.
+    /// Terms, each of a given extinction.
     pub(super) fn of(k: Vec<f32>) -> Self {
         let range = k.iter().fold((f32::MAX, f32::MIN_POSITIVE), |(low, high), k| (low.min(*k), high.max(*k)));
         Self { k, range }

@@ -157,7 +157,7 @@ impl CoordinateTable {
         means
     }
 
-    /// The mean of a quad between two places of the table, and on over so many gaps that are `held` at the second.
+    /// The mean of a quad between two places of the table, and over the gaps beyond the second, whose value is constant.
     fn between(&self, q: usize, first: RowPlace, last: RowPlace, span: f32) -> f32x4 {
         let (from, to) = (first.fraction, last.fraction);
         let (front, back) = (self.quad(first.cell, q), self.quad(last.cell, q));

@@ -58,9 +58,9 @@ pub enum Pass {
 pub struct Brick<'a> {
     /// Its numbers along x, y and z.
     pub place: [usize; 3],
-    /// The extinction σ at V [pc⁻¹] of the voxels that [`Relay::needs`] tells.
+    /// The extinction σ at V [pc⁻¹] of the voxels that [`Relay::needs`] selects.
     pub dust: &'a Grid,
-    /// That of those that [`Relay::border`] tells, for both sides.
+    /// That of the voxels that [`Relay::border`] selects, for both sides.
     pub borders: [Option<&'a Grid>; 2],
 }
 

@@ -9,7 +9,7 @@ use crate::image::optics::{EYE_CORE_DEG, EYE_DEG, Pattern};
 
 /// Wavelengths of a band; each has a place of its own in the pixel.
 const WAVELENGTHS: usize = 16;
-/// Up to so far from the middle, so many places along both edges of a pixel are looked at for each wavelength.
+/// Up to this distance from the middle, this number of points along both edges of a pixel is sampled per wavelength.
 const CORE: i32 = 6;
 const CORE_PLACES: usize = 6;
 /// Where the core of a pattern, λ/D, is less than this part of a pixel, the light within the pixel of a point is what the others leave.
@@ -82,7 +82,7 @@ impl Kernel {
         self.values.par_iter_mut().for_each(|v| *v /= sum);
     }
 
-    /// A pattern of optics that are turned by an angle \[rad\], in a band, of so many pixels in λ/D at 550 nm.
+    /// A pattern of optics that are turned by an angle \[rad\], in a band, of a given number of pixels in λ/D at 550 nm.
     pub fn of_optics(pattern: &Pattern, rotation: f64, band: &Band, reach: usize, size: f64) -> Self {
         let (pivot, width) = (band.pivot_um.unwrap_or(0.55), band.width_um.unwrap_or(0.0));
         let wavelength = |i: usize| pivot + width.min(pivot) * ((i as f64 + 0.5) / WAVELENGTHS as f64 - 0.5);

@@ -25,7 +25,7 @@ pub(super) static LAST: KernelCache = Mutex::new(Vec::new());
 /// Bytes of them at most: four of the largest.
 pub(super) const KEPT_BYTES: u64 = 640 << 20;
 
-/// Keeps a kernel, and of those before that are of the same picture as many as so many bytes hold.
+/// Keeps a kernel, and earlier ones of the same picture within the memory limit.
 pub(super) fn keep(last: &mut Vec<(KernelKey, Arc<Kernel>)>, one: (KernelKey, Arc<Kernel>), bytes: u64) {
     last.retain(|(known, _)| known.glare == one.0.glare && known.longer == one.0.longer);
     last.push(one);

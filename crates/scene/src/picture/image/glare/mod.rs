@@ -70,7 +70,7 @@ impl Glare {
         if self.rotation.is_finite() { Ok(()) } else { Err(Error::out_of_range("rotation of a glare", self.rotation, "finite")) }
     }
 
-    /// Bytes that a glare takes beside an image of so many bands, at most: all bands in double precision, three transforms of a
+    /// Largest number of bytes of a glare in addition to an image of a number of bands: all bands in double precision, three transforms of a
     /// picture, or of a kernel and the air that spreads it, that of the air beside them, two kernels, and those that are kept.
     pub fn bytes(width: usize, height: usize, bands: usize) -> u64 {
         let reach = reach(width.max(height)) as u64;
@@ -162,7 +162,7 @@ fn closes(image: &Image, width: usize) -> bool {
     matches!(image.pixel, Some(PixelScale::PlateCarree(degrees)) if (width as f64 * degrees - 360.0).abs() < 1e-6)
 }
 
-/// A view with so many columns of its other side at both of its edges; rows of the image are `stride` values apart.
+/// A view with columns of its other side added at both edges; rows of the image are `stride` values apart.
 fn continued(view: &[f64], stride: usize, (width, height): (usize, usize), margin: usize) -> Vec<f64> {
     let rows = view.chunks(stride).take(height);
     rows.flat_map(|row| [&row[width - margin..width], &row[..width], &row[..margin]].concat()).collect()
