@@ -75,24 +75,6 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
             tree.del_item(key)?;
         }
     }
-    let band = |stated: &Band| {
-        let (times, zero) = match stated.in_unit {
-            Some(InUnit::Times(times)) => (Some(times), None),
-            Some(InUnit::Magnitudes { zero }) => (None, Some(zero)),
-            None => (None, None),
-        };
-        let keywords = stated.keywords.iter().map(words_of).collect();
-        (
-            stated.name.clone(),
-            stated.pivot_um,
-            stated.width_um,
-            stated.counting.map(str::to_owned),
-            times,
-            zero,
-            stated.plane == Plane::StandardError,
-            keywords,
-        )
-    };
     let pixel = image.pixel.map(|pixel| match pixel {
         PixelScale::Angle(step) => (0, step),
         PixelScale::Length(step) => (1, step),
@@ -114,7 +96,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         folder: words.folder.as_ref().map(std::path::absolute).transpose()?,
         limit: words.limit,
         size: (image.width, image.height),
-        bands: image.bands.iter().map(band).collect(),
+        bands: image.bands.iter().map(described).collect(),
         spectral: image.spectral.map(|axis| (axis.first_um, axis.step_um, axis.count, axis.rest_um, axis.resolving_power)),
         samples: flat(py, &image.samples),
         views: image.views,
@@ -189,6 +171,17 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
         ..image
     };
     Ok(Image { scene, image, options, warnings: state.warnings })
+}
+
+fn described(band: &Band) -> Described {
+    let (times, zero) = match band.in_unit {
+        Some(InUnit::Times(times)) => (Some(times), None),
+        Some(InUnit::Magnitudes { zero }) => (None, Some(zero)),
+        None => (None, None),
+    };
+    let keywords = band.keywords.iter().map(words_of).collect();
+    let counting = band.counting.map(str::to_owned);
+    (band.name.clone(), band.pivot_um, band.width_um, counting, times, zero, band.plane == Plane::StandardError, keywords)
 }
 
 fn words_of(keyword: &Keyword) -> KeywordState {

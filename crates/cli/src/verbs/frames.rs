@@ -128,6 +128,11 @@ impl FrameArgs {
         self.frames.is_some()
     }
 
+    /// True if the files of a frame exist and stay. A name without a number is that of the last rendered frame.
+    fn is_done(&self, shoot: &Shoot, files: &[Vec<PathBuf>]) -> bool {
+        !self.overwrite && shoot.are_numbered() && files.iter().flatten().all(|path| path.is_file())
+    }
+
     /// Renders the frames, a line of JSON for each on standard output.
     pub fn render(&self, shoot: &Shoot, march: March) -> anyhow::Result<()> {
         let frames = shoot.sequence.frames();
@@ -142,24 +147,15 @@ impl FrameArgs {
         let first = outputs::layered(first, shoot.layers, shoot.outputs, shoot.options.memory_limit)?;
         let files = |number: i64| shoot.files(number, alone, &first.camera);
         shoot.check(&numbers, &files, &first)?;
-        // A name without a number is of whatever frame was rendered last.
-        let is_done = |number: i64| -> anyhow::Result<bool> {
-            let files = files(number)?.concat();
-            Ok(!self.overwrite && shoot.are_numbered() && files.iter().all(|path| path.is_file()))
-        };
         if shoot.are_numbered() {
             let stays = |number: &i64| !self.overwrite || all.binary_search(number).is_err();
             shoot.record(&files, (frames.first..=frames.last()).filter(stays))?;
         }
-        let report = |number: i64, status: &str| say!("{}", json!({ "frame": number, "status": status }));
-        let mut left = Vec::new();
-        for number in &numbers {
-            if is_done(*number)? {
-                Claim::sweep(&files(*number)?[0][0]);
-                report(*number, "exists");
-            } else {
-                left.push(*number);
-            }
+        let left = numbers.into_iter().map(|number| Ok((number, files(number)?))).collect::<anyhow::Result<Vec<_>>>()?;
+        let (done, left): (Vec<_>, Vec<_>) = left.into_iter().partition(|(_, files)| self.is_done(shoot, files));
+        for (number, files) in &done {
+            Claim::sweep(&files[0][0]);
+            report(*number, "exists");
         }
         if left.is_empty() {
             return Ok(());
@@ -170,8 +166,8 @@ impl FrameArgs {
         note.set("pilot frames".into());
         let shared = shoot.shared(&mut follower, &control)?;
         let (start, mut done, mut elsewhere) = (Instant::now(), 0usize, 0usize);
-        for (i, number) in left.iter().enumerate() {
-            let Some(claim) = Claim::of(&files(*number)?[0][0])? else {
+        for (i, (number, files)) in left.iter().enumerate() {
+            let Some(claim) = Claim::of(&files[0][0])? else {
                 report(*number, "claimed");
                 elsewhere += 1;
                 continue;
@@ -180,7 +176,7 @@ impl FrameArgs {
                 complain!("warning: this file system does not support locks; give each process its own --shard to avoid duplicate work");
             }
             // Another process may have written it in the meantime.
-            if is_done(*number)? {
+            if self.is_done(shoot, files) {
                 report(*number, "exists");
                 continue;
             }
@@ -197,6 +193,11 @@ impl FrameArgs {
         }
         Ok(())
     }
+}
+
+/// Prints the status of a frame as a line of JSON.
+fn report(number: i64, status: &str) {
+    say!("{}", json!({ "frame": number, "status": status }));
 }
 
 impl Shoot<'_> {

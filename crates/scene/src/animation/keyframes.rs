@@ -45,6 +45,20 @@ pub(super) struct Vector {
     read: fn(&Section) -> Result<Option<Vec<f64>>>,
 }
 
+impl Vector {
+    /// Rejects columns of a file that are incomplete or of several units.
+    fn check(&self, found: &[PathColumn]) -> std::result::Result<(), String> {
+        let names = self.columns.join(", ");
+        match found {
+            _ if found.len() < self.columns.len() => Err(format!("a {} has columns {names}", self.name)),
+            [first, others @ ..] if others.iter().any(|column| column.unit != first.unit) => {
+                Err(format!("{names} have different units; use one, such as x [pc], y [pc], z [pc]"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Vectors of a keyframe.
 pub(super) const VECTORS: [Vector; 5] = [
     Vector { name: POSITION.row.name, columns: &["x", "y", "z"], is_place: true, read: |key| place(key, &POSITION) },
@@ -228,25 +242,13 @@ impl PathColumns {
         let time = sized(column("time").ok_or_else(missing)?, Time::unit_size, "time [s]")?;
         let mut vectors = Vec::new();
         for vector in &VECTORS {
-            let vector_columns: Vec<PathColumn> = vector.columns.iter().filter_map(|name| column(name)).collect();
-            if vector_columns.is_empty() {
+            let found: Vec<PathColumn> = vector.columns.iter().filter_map(|name| column(name)).collect();
+            if found.is_empty() {
                 continue;
             }
-            if vector_columns.len() < vector.columns.len() {
-                return Err(wrong(vector.name, format!("a {} has columns {}", vector.name, vector.columns.join(", "))));
-            }
-            if vector_columns.iter().any(|column| column.unit != vector_columns[0].unit) {
-                return Err(wrong(
-                    vector.name,
-                    format!("{} have different units; use one, such as x [pc], y [pc], z [pc]", vector.columns.join(", ")),
-                ));
-            }
-            let vector_unit = if vector.is_place {
-                vector_columns.into_iter().map(|column| sized(column, Length::unit_size, "x [pc]")).collect::<Result<_>>()?
-            } else {
-                vector_columns
-            };
-            vectors.push((vector, vector_unit));
+            vector.check(&found).map_err(|message| wrong(vector.name, message))?;
+            let sized = |found| if vector.is_place { sized(found, Length::unit_size, "x [pc]") } else { Ok(found) };
+            vectors.push((vector, found.into_iter().map(sized).collect::<Result<_>>()?));
         }
         let mut others = Vec::new();
         for key in of_camera() {

@@ -96,14 +96,7 @@ impl Scene {
             provenance: None,
             inputs: inputs.notes(),
         };
-        let (ionised_from, species_from) = spec.sources();
-        let whole = || {
-            let species = spec.species(ionised.as_deref(), inputs.memory_limit, &loader.control)?;
-            let scene = Self { spec, species, species_from, ionised, ionised_from };
-            scene.check()?;
-            Ok(scene)
-        };
-        whole().map_err(|error| placed(error, table))
+        spec.with_ionised(ionised, inputs.memory_limit, &loader.control).map_err(|error| placed(error, table))
     }
 
     /// Passbands, and the spectrograph whose channels they are.

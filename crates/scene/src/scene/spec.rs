@@ -211,10 +211,18 @@ impl SceneSpec {
                 Some(Arc::new(gas.ionised_by(&self.stars, &self.bands, &solver)?))
             }
         };
-        let species = match earlier.filter(|scene| scene.species_from == species_from) {
-            Some(scene) => scene.species.clone(),
-            None => self.species(ionised.as_deref(), memory_limit, control)?,
-        };
+        if let Some(earlier) = earlier.filter(|scene| scene.species_from == species_from) {
+            let scene = Scene { spec: self, species: earlier.species.clone(), species_from, ionised, ionised_from };
+            scene.check()?;
+            return Ok(scene);
+        }
+        self.with_ionised(ionised, memory_limit, control)
+    }
+
+    /// The scene with the ionised state of its gas.
+    pub(super) fn with_ionised(self, ionised: Option<Arc<IonisedGas>>, memory_limit: u64, control: &Control) -> Result<Scene> {
+        let (ionised_from, species_from) = self.sources();
+        let species = self.species(ionised.as_deref(), memory_limit, control)?;
         let scene = Scene { spec: self, species, species_from, ionised, ionised_from };
         scene.check()?;
         Ok(scene)

@@ -134,26 +134,19 @@ fn marched(
         for tile_row in 0..s {
             for tile in 0..columns {
                 let place = |lane: usize| ((tile * TILE + lane % TILE), (first * s + tile_row * TILE + lane / TILE));
-                let ray = |lane: usize| -> Ray {
-                    let (x, y) = place(lane);
-                    camera.ray((x.min(width * s - 1) as f64 + 0.5) / s as f64, (y.min(height * s - 1) as f64 + 0.5) / s as f64)
+                let places: [(usize, usize); LANES] = std::array::from_fn(place);
+                let middle = |(x, y)| ((x as f64 + 0.5) / s as f64, (y as f64 + 0.5) / s as f64);
+                let ray = |(x, y): (usize, usize)| {
+                    let (column, row) = middle((x.min(width * s - 1), y.min(height * s - 1)));
+                    camera.ray(column, row)
                 };
-                let number = |lane: usize| {
-                    let (x, y) = place(lane);
-                    (y * width * s + x) as u64
-                };
-                let sees = |lane: usize| {
-                    let (x, y) = place(lane);
-                    camera.sees((x as f64 + 0.5) / s as f64, (y as f64 + 0.5) / s as f64)
-                };
-                let seen: [bool; LANES] = std::array::from_fn(sees);
+                let seen = places.map(middle).map(|(column, row)| camera.sees(column, row));
                 if !seen.contains(&true) {
                     continue;
                 }
-                let (found, depth) = packet((&std::array::from_fn(ray), &std::array::from_fn(number)));
+                let (found, depth) = packet((&places.map(ray), &places.map(|(x, y)| (y * width * s + x) as u64)));
                 deepest = deepest.max(depth);
-                for lane in 0..LANES {
-                    let (x, y) = place(lane);
+                for (lane, (x, y)) in places.into_iter().enumerate() {
                     if x < width * s && y < (first + strip_rows) * s && seen[lane] {
                         let (column, row) = (x / s, y / s - first);
                         for channel in 0..channels {

@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use spectra::constants::HYDROGEN_MASS;
 use spectra::units::{ExtinctionCoefficient, MassDensity, NumberDensity, Quantity};
 
+use super::dust_map::DustMap;
 use super::placement::{AXES, CENTRE, EVERY, FILE, HIGH, LOW, MEMORY, PRESET, Placement, SCALE, VOXEL, WCS};
 use super::{Field, Grid};
 use crate::blocks::Storage;
-use crate::data::{InputNote, Inputs, Numbers};
+use crate::data::{ArrayHeader, InputNote, Inputs, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::properties::{Choice, Flag, Key, Kind, Number, OrDefault, Section, Text};
@@ -93,38 +94,55 @@ pub fn load(section: &Section, inputs: &Inputs) -> Result<Loaded> {
     })
 }
 
-fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
-    section.check_kind(KIND.keys)?;
-    let file = section.read(&FILE)?;
-    let map = section.read(&PRESET)?;
-    let clip = section.read(&CLIP)?.unwrap_or(map.is_some());
-    let scale = section.read(&FACTOR)?;
-    let storage = section.read(&STORAGE)?;
-    let mut placed = None;
-    let member = section.read(&ARRAY)?.or(map.and_then(|map| map.array));
-    let array = inputs.array(file, member, &mut |layout| {
+/// How the array of a file becomes a grid.
+struct Placing {
+    placement: Placement,
+    /// Multiplier of its values.
+    factor: f64,
+    /// True if invalid values become zero.
+    clip: bool,
+    /// Unit of the product.
+    unit: Option<String>,
+}
+
+impl Placing {
+    fn of(section: &Section, map: Option<&DustMap>, header: &ArrayHeader, memory_limit: u64) -> Result<Self> {
+        let clip = section.read(&CLIP)?.unwrap_or(map.is_some());
+        let scale = section.read(&FACTOR)?;
         let mut placement = match map {
-            Some(map) => Placement::of(section, &map.laid_out(layout))?,
-            None => Placement::of(section, layout)?,
+            Some(map) => Placement::of(section, &map.laid_out(header))?,
+            None => Placement::of(section, header)?,
         };
-        // An array that is turned stands there twice for a while; blocks are filled in whatever order it comes.
+        // An array that is turned is in memory twice for a while; blocks are filled in any order.
         let twice = placement.part.shape().iter().fold(8u64, |bytes, n| bytes.saturating_mul(*n as u64));
-        let is_blocked = twice > inputs.memory_limit || layout.frame.as_ref().is_some_and(|frame| frame.is_sparse);
-        let storage = storage.or(is_blocked.then_some(Storage::Single));
-        // Means are of what is left; otherwise it is looked at when it is there.
+        let is_blocked = twice > memory_limit || header.frame.as_ref().is_some_and(|frame| frame.is_sparse);
+        let storage = section.read(&STORAGE)?.or(is_blocked.then_some(Storage::Single));
+        // Means are clipped while they are made, other arrays once they are read.
         placement.part.clip = clip && placement.part.every > 1;
         if placement.part.clip && scale < 0.0 {
             return Err(section.error(&FACTOR, "with every and clip, factor must not be negative"));
         }
-        let file_unit = layout.frame.as_ref().and_then(|frame| frame.unit.as_deref());
-        let (size, name) = match map {
+        let file_unit = header.frame.as_ref().and_then(|frame| frame.unit.as_deref());
+        let (size, unit) = match map {
             Some(map) => (map.extinction(section, file_unit)?, Some(EXTINCTION.to_owned())),
             None => unit(section, file_unit)?,
         };
         let factor = scale * size;
         placement.part.blocking = storage.map(|storage| placement.blocking(factor, clip, storage));
-        let part = placement.part.clone();
-        placed = Some((placement, factor, name));
+        Ok(Self { placement, factor, clip, unit })
+    }
+}
+
+fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
+    section.check_kind(KIND.keys)?;
+    let file = section.read(&FILE)?;
+    let map = section.read(&PRESET)?;
+    let mut placed = None;
+    let member = section.read(&ARRAY)?.or(map.and_then(|map| map.array));
+    let array = inputs.array(file, member, &mut |header| {
+        let placing = Placing::of(section, map, header, inputs.memory_limit)?;
+        let part = placing.placement.part.clone();
+        placed = Some(placing);
         Ok(part)
     });
     let array = array.map_err(|e| match (map, &placed) {
@@ -135,7 +153,7 @@ fn read(section: &Section, inputs: &Inputs) -> Result<Loaded> {
         _ => e,
     });
     let array = section.wrap(&FILE, array)?;
-    let (placement, factor, unit) = placed.ok_or_else(|| section.error(&FILE, "nothing of it was read"))?;
+    let Placing { placement, factor, clip, unit } = placed.ok_or_else(|| section.error(&FILE, "nothing of it was read"))?;
     inputs.note(volume_note(file, &placement, unit.as_deref(), factor));
     let lattice = placement.lattice.clone();
     let strides = placement.strides(&array);

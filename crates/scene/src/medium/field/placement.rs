@@ -189,26 +189,8 @@ impl OwnBox {
         let is_read = section.read(&WCS)?;
         let file = section.stated(&FILE)?.unwrap_or("the file");
         let frame = frame.filter(|_| is_read);
-        if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame?.others[axes[i]].as_ref()?))) {
-            let message = format!(
-                "{file}: axis {} is a {other}, so the cube is not a volume; convert it to a density along three lengths, or write wcs = false with low and high to read it as one",
-                ['x', 'y', 'z'][i]
-            );
-            return Err(section.error(&FILE, message));
-        }
-        if let Some(problem) = frame.and_then(|frame| frame.problem.as_ref()) {
-            let message = format!("{file}: {problem}; resample the cube along its own axes, or place it with wcs = false, low and high");
-            return Err(section.error(&FILE, message));
-        }
-        if let Some(frame) = frame
-            && frame.is_by_letter
-            && axes != by_letter(frame.order)
-        {
-            let message = format!(
-                "the file defines its box along x, y and z but does not name its axes, which were read as {}; write low and high, and wcs = false",
-                frame.order
-            );
-            return Err(section.error(&AXES, message));
+        if let Some(frame) = frame {
+            Self::check(section, file, frame, axes)?;
         }
         let axes_stated: Option<Vec<&Axis>> = frame.and_then(|frame| axes.iter().map(|axis| frame.axes[*axis].as_ref()).collect());
         let Some(axes_stated) = axes_stated else {
@@ -243,6 +225,29 @@ impl OwnBox {
             || steps.max_element() <= (1.0 + FRAME_TOLERANCE) * steps.min_element();
         let backwards = std::array::from_fn(|i| axes_stated[i].step < 0.0);
         Ok(Self { bounds, backwards, is_cubic, is_sparse, is_movable: !is_sparse && !section.has(&PRESET) })
+    }
+
+    /// Rejects a frame that is no box of three lengths, or whose axes are ambiguous.
+    fn check(section: &Section, file: &str, frame: &ArrayFrame, axes: [usize; 3]) -> Result<()> {
+        if let Some((i, other)) = (0..3).find_map(|i| Some((i, frame.others[axes[i]].as_ref()?))) {
+            let message = format!(
+                "{file}: axis {} is a {other}, so the cube is not a volume; convert it to a density along three lengths, or write wcs = false with low and high to read it as one",
+                ['x', 'y', 'z'][i]
+            );
+            return Err(section.error(&FILE, message));
+        }
+        if let Some(problem) = &frame.problem {
+            let message = format!("{file}: {problem}; resample the cube along its own axes, or place it with wcs = false, low and high");
+            return Err(section.error(&FILE, message));
+        }
+        if frame.is_by_letter && axes != by_letter(frame.order) {
+            let message = format!(
+                "the file defines its box along x, y and z but does not name its axes, which were read as {}; write low and high, and wcs = false",
+                frame.order
+            );
+            return Err(section.error(&AXES, message));
+        }
+        Ok(())
     }
 }
 

@@ -242,45 +242,11 @@ impl Report {
     /// The report as a tree, the same for JSON and other languages; unknown values are absent.
     pub fn tree(&self) -> Table {
         let text = |value: &Option<String>| value.clone().map(Value::Text);
-        let number = |value: Option<f64>| value.filter(|value| value.is_finite()).map(Value::Number);
-        let integer = |value: Option<usize>| value.and_then(|value| i64::try_from(value).ok()).map(Value::Integer);
-        let count = |value: u64| i64::try_from(value).ok().map(Value::Integer);
-        let spatial = self.spatial.map(|spatial| {
-            table([
-                ("error", number(Some(spatial.error))),
-                ("pilot_rays", integer(Some(spatial.rays))),
-                ("function_samples", number(spatial.sampling.map(|(error, _)| error))),
-                ("samples_per_edge", integer(spatial.sampling.map(|(_, edge)| edge))),
-                ("stars", number(spatial.unresolved.map(|stars| stars.error))),
-                ("sampled_stars", integer(spatial.unresolved.map(|stars| stars.stars))),
-            ])
-        });
-        let scattering =
-            self.scattering.map(|error| table([("spatial", number(Some(error.spatial))), ("angular", number(Some(error.angular)))]));
-        let detail =
-            self.detail.map(|detail| table([("octaves", integer(Some(detail.octaves))), ("deviation", number(Some(detail.deviation)))]));
-        let paths = self
-            .paths
-            .map(|paths| table([("per_pixel", count(paths.per_pixel)), ("seed", count(paths.seed)), ("skipped", count(paths.skipped))]));
-        let certificate = |(light, c): &(String, Certificate)| {
-            table([
-                ("light", Some(Value::Text(light.clone()))),
-                ("absolute", number(Some(c.absolute))),
-                ("relative", number(Some(c.relative))),
-                ("depth", number(Some(c.depth))),
-            ])
+        let paths = |paths: PathReport| {
+            table([("per_pixel", count(paths.per_pixel)), ("seed", count(paths.seed)), ("skipped", count(paths.skipped))])
         };
-        let list = |items: Vec<Value>| Value::List(items.into_iter().map(Property::from).collect());
-        let mut certificates = Table::default();
-        for BandCertificates { band, lights } in &self.certificates {
-            certificates.insert(band.clone(), list(lights.iter().map(certificate).collect()));
-        }
-        let mut notes = Table::default();
-        for (topic, words) in &self.notes {
-            notes.insert(topic.clone(), Value::Text(words.clone()));
-        }
-        let mut tree = Table::default();
-        let rows = [
+        let notes = self.notes.iter().map(|(topic, words)| (topic.as_str(), Some(Value::Text(words.clone()))));
+        entries([
             ("backend", text(&self.backend)),
             ("method", text(&self.method)),
             ("bounces", integer(self.bounces)),
@@ -288,32 +254,74 @@ impl Report {
             ("accuracy", number(self.accuracy)),
             ("optical_depth", number(self.depth)),
             ("spectral_error", number(self.spectral_error())),
-            ("spatial_error", spatial),
+            ("spatial_error", self.spatial.map(spatial_error)),
             ("misses_accuracy", self.spatial.map(|_| Value::Flag(self.misses_accuracy()))),
-            ("scattering_error", scattering),
-            ("detail", detail),
-            ("paths", paths),
-            ("certificates", Some(Value::Table(certificates))),
+            (
+                "scattering_error",
+                self.scattering.map(|error| table([("spatial", number(Some(error.spatial))), ("angular", number(Some(error.angular)))])),
+            ),
+            (
+                "detail",
+                self.detail
+                    .map(|detail| table([("octaves", integer(Some(detail.octaves))), ("deviation", number(Some(detail.deviation)))])),
+            ),
+            ("paths", self.paths.map(paths)),
+            ("certificates", Some(Value::Table(entries(self.certificates.iter().map(certificates))))),
             ("negative_values", count(self.negative)),
-            ("notes", Some(Value::Table(notes))),
-        ];
-        for (name, value) in rows {
-            if let Some(value) = value {
-                tree.insert(name, value);
-            }
-        }
-        tree
+            ("notes", Some(Value::Table(entries(notes)))),
+        ])
     }
 }
 
-fn table<const N: usize>(rows: [(&str, Option<Value>); N]) -> Value {
+/// Table of the values that are known.
+fn entries<'a>(rows: impl IntoIterator<Item = (&'a str, Option<Value>)>) -> Table {
     let mut table = Table::default();
     for (name, value) in rows {
         if let Some(value) = value {
             table.insert(name, value);
         }
     }
-    Value::Table(table)
+    table
+}
+
+fn table<const N: usize>(rows: [(&str, Option<Value>); N]) -> Value {
+    Value::Table(entries(rows))
+}
+
+fn number(value: Option<f64>) -> Option<Value> {
+    value.filter(|value| value.is_finite()).map(Value::Number)
+}
+
+fn integer(value: Option<usize>) -> Option<Value> {
+    count(value? as u64)
+}
+
+fn count(value: u64) -> Option<Value> {
+    i64::try_from(value).ok().map(Value::Integer)
+}
+
+fn spatial_error(spatial: SpatialError) -> Value {
+    table([
+        ("error", number(Some(spatial.error))),
+        ("pilot_rays", integer(Some(spatial.rays))),
+        ("function_samples", number(spatial.sampling.map(|(error, _)| error))),
+        ("samples_per_edge", integer(spatial.sampling.map(|(_, edge)| edge))),
+        ("stars", number(spatial.unresolved.map(|stars| stars.error))),
+        ("sampled_stars", integer(spatial.unresolved.map(|stars| stars.stars))),
+    ])
+}
+
+/// Certificates of a band, by its name.
+fn certificates(BandCertificates { band, lights }: &BandCertificates) -> (&str, Option<Value>) {
+    let row = |(light, c): &(String, Certificate)| {
+        Property::from(table([
+            ("light", Some(Value::Text(light.clone()))),
+            ("absolute", number(Some(c.absolute))),
+            ("relative", number(Some(c.relative))),
+            ("depth", number(Some(c.depth))),
+        ]))
+    };
+    (band, Some(Value::List(lights.iter().map(row).collect())))
 }
 
 #[cfg(test)]

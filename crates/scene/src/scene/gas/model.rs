@@ -222,21 +222,17 @@ impl Gas {
         let through =
             |band: &Passband| species.iter().zip(&quantities).map(|(species, values)| species.through(band) * sum(values)).collect();
         let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
-        let counts = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
-        let counts: Vec<bool> = (0..species.len()).map(counts).collect();
+        let is_bright = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
         let gridded = |values: Vec<f32>| {
             Arc::new(Grid::from_lattice(cloud.lattice.clone(), ionised::softened(cloud.lattice.dims, values))) as Arc<dyn Field>
         };
-        let all = sum(&pairs);
-        let mean = |values: &[f32]| (all > 0.0).then(|| sum(values) / all);
+        let mean = |values: &[f32]| Some(sum(values) / sum(&pairs)).filter(|mean| mean.is_finite());
         let (temperature, electrons) = (mean(&warm), mean(&thick));
         let mut glow = Vec::new();
-        for ((species, values), counts) in species.iter().zip(quantities).zip(counts) {
-            if counts {
-                let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
-                let spectrum = species.spectrum().broadened(thermal).broadened(self.doppler_fwhm);
-                glow.push(self.species(species.name(), gridded(values), spectrum));
-            }
+        for (_, (species, values)) in species.iter().zip(quantities).enumerate().filter(|(i, _)| is_bright(*i)) {
+            let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
+            let spectrum = species.spectrum().broadened(thermal).broadened(self.doppler_fwhm);
+            glow.push(self.species(species.name(), gridded(values), spectrum));
         }
         if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
             let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
