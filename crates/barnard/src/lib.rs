@@ -49,9 +49,9 @@ mod stats;
 pub mod volume;
 
 pub use barnard_scene::{
-    Camera, Control, Error, Image, Result, Scene, animation, blocks, camera, composite, control, data, detail, error, field, geometry,
-    glam, image, instrument, keywords, light, memory, observation, phase, points, properties, random, scene, spectra, star_catalogue,
-    star_field, stored,
+    Camera, Control, Error, Image, Result, Scene, animation, blocks, cache, camera, composite, control, data, detail, error, field,
+    geometry, glam, image, instrument, keywords, light, memory, observation, phase, points, properties, random, scene, spectra,
+    star_catalogue, star_field, stored,
 };
 pub use plan::{Options, Plan, Planned, Planner};
 pub use plates::Plates;

@@ -53,6 +53,9 @@ struct Cli {
     /// Print error bounds, settings and timings
     #[arg(short, long, global = true)]
     verbose: bool,
+    /// Neither read nor write the cache of solved gas, turbulence and other long computations (see `barnard cache`)
+    #[arg(long, global = true)]
+    no_cache: bool,
     #[command(subcommand)]
     verb: Option<verbs::Verb>,
 }
@@ -64,6 +67,9 @@ fn counted(count: usize, noun: &str) -> String {
 
 /// True if details are requested.
 static IS_VERBOSE: AtomicBool = AtomicBool::new(false);
+
+/// True if no cache is used.
+static IS_WITHOUT_CACHE: AtomicBool = AtomicBool::new(false);
 
 /// Reference page of all commands (Markdown), from their help.
 pub fn manual() -> String {
@@ -82,8 +88,9 @@ pub fn manual() -> String {
 
 /// Runs the command with its arguments, the program's own name first; ends the process where they are none that it has.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let Cli { verbose, verb } = Cli::parse_from(arguments);
+    let Cli { verbose, no_cache, verb } = Cli::parse_from(arguments);
     IS_VERBOSE.store(verbose, Ordering::Relaxed);
+    IS_WITHOUT_CACHE.store(no_cache, Ordering::Relaxed);
     let Some(verb) = verb.or_else(verbs::Verb::unsaid) else {
         // As where clap itself misses a verb: the help, and a failure.
         let _ = Cli::command().write_help(&mut std::io::stderr());

@@ -1,9 +1,11 @@
 //! Which scene, and what the command line changes of it.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use barnard::Control;
+use barnard::cache::Cache;
 use barnard::plan::Options;
 use barnard::properties::Value;
 use barnard::scene::{Loader, Scene};
@@ -56,6 +58,12 @@ pub struct SceneArgs {
     /// Memory limit of one array, grid or image [GiB]
     #[arg(long, value_name = "GIB", default_value_t = 16.0)]
     pub memory: f64,
+}
+
+/// The cache of the user, unless `--no-cache` was given.
+pub fn cache() -> anyhow::Result<Option<Arc<dyn Cache>>> {
+    let is_off = crate::IS_WITHOUT_CACHE.load(std::sync::atomic::Ordering::Relaxed);
+    Ok(if is_off { None } else { barnard_files::cache::of_user()? })
 }
 
 /// The limit that --memory says [bytes].
@@ -122,7 +130,8 @@ impl SceneArgs {
         let changes: Vec<Change> = self.changes(backend).into_iter().chain(more).collect();
         let memory_limit = self.memory_limit()?;
         let control = progress::control()?;
-        let prepared = |loader: &Loader| loader.under(&control).traced_by(tracer(backend));
+        let cache = cache()?;
+        let prepared = |loader: &Loader| loader.under(&control).traced_by(tracer(backend)).with_cache(cache.clone());
         let file = match (&self.scene, &self.builtin) {
             (_, Some(name)) => barnard_files::builtin::open_with(name, &changes, memory_limit, prepared)?,
             // "-" is the standard input, as other programs have it.
@@ -134,7 +143,7 @@ impl SceneArgs {
         for input in file.scene.inputs.iter().filter(|input| input.is_inferred) {
             complain!("note: {}: {}", input.file, input.text);
         }
-        Ok((file, Options::within(memory_limit)))
+        Ok((file, Options::within(memory_limit).with_cache(cache)))
     }
 
     /// The flags that stand for keys of the scene, as changes of those keys.

@@ -20,7 +20,7 @@ mod medium;
 mod picture;
 pub mod scene;
 
-pub use base::{blocks, control, data, error, geometry, keywords, memory, properties, random, stored};
+pub use base::{blocks, cache, control, data, error, geometry, keywords, memory, properties, random, stored};
 pub use camera::Camera;
 pub use control::Control;
 pub use error::{Error, Result};

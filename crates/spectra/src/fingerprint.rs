@@ -3,6 +3,8 @@
 //! Caches compare the fingerprints of their inputs. The hash is SHA-256, truncated to 128 bits.
 
 use std::fmt;
+use std::hash::{BuildHasher, RandomState};
+use std::sync::LazyLock;
 
 use sha2::{Digest as _, Sha256};
 
@@ -97,10 +99,12 @@ impl Digest {
         self.text(std::any::type_name::<T>()).text(&format!("{value:?}"))
     }
 
-    /// Adds an object of unknown content: its address, and its text for debugging. Two objects never pass for the same.
+    /// Adds an object of unknown content: its address, its text for debugging, and a random number of the process. Two objects never
+    /// pass for the same, not even in two runs of a program.
     pub fn object<T: fmt::Debug + ?Sized>(&mut self, object: &T) -> &mut Self {
+        static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().hash_one(()));
         let address = std::ptr::from_ref(object).cast::<()>().addr();
-        self.integer(address as u64).text(&format!("{object:?}"))
+        self.integer(*PROCESS).integer(address as u64).text(&format!("{object:?}"))
     }
 
     /// The fingerprint of what was added.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::cache::Cache;
 use crate::memory;
 use crate::plan::multiple_scattering::sweeper::Sweeper;
 
@@ -15,12 +16,14 @@ pub struct Options {
     pub sweeper: Option<Arc<dyn Sweeper>>,
     /// Most voxels of star depths along one of dust.
     pub star_depth_voxels: usize,
+    /// Cache of results between runs: star depths and multiple scattering.
+    pub cache: Option<Arc<dyn Cache>>,
 }
 
 impl Default for Options {
     /// Everything on the processor alone, within the default limit of memory.
     fn default() -> Self {
-        Self { memory_limit: memory::DEFAULT_LIMIT, sweeper: None, star_depth_voxels: usize::MAX }
+        Self { memory_limit: memory::DEFAULT_LIMIT, sweeper: None, star_depth_voxels: usize::MAX, cache: None }
     }
 }
 
@@ -34,6 +37,12 @@ impl Options {
     #[must_use]
     pub fn with_sweeper(self, sweeper: Option<Arc<dyn Sweeper>>) -> Self {
         Self { sweeper, ..self }
+    }
+
+    /// Options with a cache of results between runs.
+    #[must_use]
+    pub fn with_cache(self, cache: Option<Arc<dyn Cache>>) -> Self {
+        Self { cache, ..self }
     }
 
     /// Options with another limit of star-depth voxels per dust voxel edge.

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "study")]
 mod bench;
+mod cache;
 mod check;
 mod compare;
 mod completions;
@@ -74,6 +75,8 @@ pub enum Verb {
     #[cfg(not(feature = "study"))]
     #[command(hide = true)]
     Study(Missing),
+    /// Show or clear the cache of long computations
+    Cache(cache::CacheVerb),
     /// Print shell completions
     Completions(completions::Completions),
 }
@@ -114,6 +117,7 @@ impl Verb {
             Verb::Study(verb) => verb.run(),
             #[cfg(not(feature = "study"))]
             Verb::Study(verb) => verb.run("study", "study"),
+            Verb::Cache(verb) => verb.run(),
             Verb::Completions(verb) => verb.run(),
         }
     }

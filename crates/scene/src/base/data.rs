@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use spectra::curve::Columns;
 
 use crate::blocks::{Blocking, Blocks};
+use crate::cache::Cache;
 use crate::error::{Error, Result};
 
 /// A three-dimensional array, or the part of one that was asked for, as its file has it.
@@ -246,6 +247,8 @@ pub struct Inputs {
     pub memory_limit: u64,
     /// True if what takes long is made roughly.
     pub is_rough: bool,
+    /// Cache of results between runs, if any.
+    pub cache: Option<Arc<dyn Cache>>,
     /// Log of the interpretation of files; clones share it.
     notes: Arc<Mutex<Vec<InputNote>>>,
 }
@@ -264,7 +267,7 @@ pub struct InputNote {
 impl Inputs {
     /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
-        Self { source, memory_limit, is_rough: false, notes: Arc::default() }
+        Self { source, memory_limit, is_rough: false, cache: None, notes: Arc::default() }
     }
 
     /// The name by which messages call what `name` stands for.

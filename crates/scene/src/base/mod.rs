@@ -1,6 +1,7 @@
-//! Foundations: errors, control of long work, memory limits, geometry, random numbers, stored arrays, and the property tree.
+//! Foundations: errors, control of long work, memory limits, caches, geometry, random numbers, stored arrays, and the property tree.
 
 pub mod blocks;
+pub mod cache;
 pub mod control;
 pub mod curve;
 pub mod data;

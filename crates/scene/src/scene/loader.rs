@@ -8,6 +8,7 @@ use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Star;
 use super::gas::ionised::IonisedGas;
+use crate::cache::Cache;
 use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
@@ -22,8 +23,8 @@ const MAX_TABLES: usize = 8;
 /// Gases that are kept at most: each has a grid for every species.
 const MAX_GAS: usize = 4;
 
-/// Cached results by the fingerprint of their inputs, the latest last.
-type Cache<T> = Arc<Mutex<VecDeque<(Fingerprint, Arc<T>)>>>;
+/// Results in memory by the fingerprint of their inputs, the latest last.
+type Recent<T> = Arc<Mutex<VecDeque<(Fingerprint, Arc<T>)>>>;
 
 /// Inputs of a scene and a cache of what was read; clones share it.
 #[derive(Debug, Clone)]
@@ -33,10 +34,10 @@ pub struct Loader {
     fields: Arc<Mutex<HashMap<Fingerprint, Weak<dyn Field>>>>,
     /// Of fields that were made, whether they are grids.
     grids: Arc<Mutex<HashMap<Fingerprint, bool>>>,
-    stars: Cache<Vec<Star>>,
-    catalogues: Cache<StarCatalogue>,
-    gas: Cache<IonisedGas>,
-    rough_gas: Cache<IonisedGas>,
+    stars: Recent<Vec<Star>>,
+    catalogues: Recent<StarCatalogue>,
+    gas: Recent<IonisedGas>,
+    rough_gas: Recent<IonisedGas>,
     /// True if what takes long is made roughly.
     pub(super) is_rough: bool,
     /// A device that has the light of several stars go through gas, where there is one.
@@ -98,6 +99,14 @@ impl Loader {
     #[must_use]
     pub fn traced_by(&self, tracer: Option<Arc<dyn RayTracer>>) -> Self {
         Self { tracer, ..self.clone() }
+    }
+
+    /// Variant with a cache of results between runs: solved gas and fields of turbulence.
+    #[must_use]
+    pub fn with_cache(&self, cache: Option<Arc<dyn Cache>>) -> Self {
+        let mut loader = self.clone();
+        loader.inputs.cache = cache;
+        loader
     }
 
     /// Variant for readings in which what takes long is made roughly: turbulence, and gas that stars ionise, on few voxels,

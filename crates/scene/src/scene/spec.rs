@@ -207,7 +207,7 @@ impl SceneSpec {
             (Some(scene), _) => scene.ionised.clone(),
             (None, None) => None,
             (None, Some(gas)) => {
-                let solver = Solver { is_rough: self.is_rough, memory_limit, tracer: None, control };
+                let solver = Solver { is_rough: self.is_rough, memory_limit, tracer: None, cache: None, control };
                 Some(Arc::new(gas.ionised_by(&self.stars, &self.bands, &solver)?))
             }
         };

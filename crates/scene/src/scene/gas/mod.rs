@@ -3,6 +3,7 @@
 mod cloud;
 pub(super) mod ionised;
 mod model;
+mod solution;
 mod species;
 
 use ionisation::atoms::ELEMENTS;
@@ -103,7 +104,8 @@ pub(super) fn build(section: &Section, fields: &Fields) -> Result<Gas> {
 /// Has the stars ionise the gas of a table.
 pub(super) fn solve(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<IonisedGas> {
     let Loader { is_rough, tracer, control, inputs, .. } = loader;
-    let solver = Solver { is_rough: *is_rough, memory_limit: inputs.memory_limit, tracer: tracer.as_deref(), control };
+    let (tracer, cache) = (tracer.as_deref(), inputs.cache.as_deref());
+    let solver = Solver { is_rough: *is_rough, memory_limit: inputs.memory_limit, tracer, cache, control };
     section.wrap(&DENSITY, build(section, fields)?.ionised_by(stars, bands, &solver))
 }
 

@@ -13,8 +13,10 @@ use spectra::passband::Passband;
 use spectra::spectrum::Spectrum;
 use spectra::units::{NumberDensity, Temperature, Velocity};
 
+use super::solution::Solution;
 use super::species::Species;
 use super::{ABUNDANCE_SETS, DUST_ABSORPTION, GasCloud, IonisedGas, IonisingStar, TEMPERATURE, VOXELS, ionised};
+use crate::cache::Cache;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, IntoField, Lattice, fingerprint};
@@ -59,6 +61,7 @@ pub(in crate::scene) struct Solver<'a> {
     pub is_rough: bool,
     pub memory_limit: u64,
     pub tracer: Option<&'a dyn RayTracer>,
+    pub cache: Option<&'a dyn Cache>,
     pub control: &'a Control,
 }
 
@@ -212,7 +215,9 @@ impl Gas {
         quantities.push(Quantity { most: 6e4 * most, value: &warm });
         quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });
         let accuracy = if solver.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
-        let found = cloud.ionised(&quantities, accuracy, solver.tracer, solver.control).map_err(|error| match error {
+        let names = species.iter().map(Species::identifier).chain(["pairs", "warm", "thick"].map(str::to_owned)).collect::<Vec<_>>();
+        let solution = Solution { cloud: &cloud, names: &names, accuracy };
+        let found = solution.found(&quantities, solver).map_err(|error| match error {
             IonisationError::Stopped => Error::Interrupted,
             error => Error::conflict(error.to_string(), "change the density or the stars"),
         })?;

@@ -80,6 +80,11 @@ impl Species {
         self.spectrum().lines().iter().map(|line| line.strength / W_PER_M3_SR * band.response(line.lambda_um) / band.largest()).sum()
     }
 
+    /// Name that no other species has: label and vacuum wavelength of the strongest line \[µm\].
+    pub fn identifier(&self) -> String {
+        format!("{} {}", self.lines[0].label, self.lines[0].wavelength_um)
+    }
+
     /// The label of the strongest.
     pub fn name(&self) -> String {
         self.lines[0].label.clone()
