@@ -20,7 +20,7 @@ CHAPTERS = {
     "Tables": [],
     "Many pictures": ["map", "tiles", "Result"],
     "Volumes larger than memory": ["render_bricks"],
-    "Catalogues and threads": ["catalogues", "catalogue", "set_threads"],
+    "Catalogues, threads and the cache": ["catalogues", "catalogue", "set_threads", "cache"],
     "Errors and warnings": ["AccuracyWarning", "BarnardError", "SceneError", "PlanError", "MemoryLimitError", "DeviceError"],
 }
 CHAPTERS["Tables"] = [name for name in bn.tables.__all__ if name not in CHAPTERS["Fields"]]
@@ -53,6 +53,8 @@ def text() -> str:
         for name in names:
             thing = getattr(bn, name)
             parts.append(described(name, thing, "###"))
+            if name == "cache":
+                parts += [described(f"cache.{member}", getattr(thing, member), "####") for member in thing.__all__]
             if isinstance(thing, type) and name in ("Scene", "Plan", "Image", "Exposures", "FrameSequence"):
                 for member in members(thing):
                     value = inspect.getattr_static(thing, member)

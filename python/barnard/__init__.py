@@ -27,7 +27,7 @@ from .plan import AccuracyWarning, Plan, PlanError
 from .plates import Plates
 from .scene import Scene
 from .sequence import FrameSequence
-from . import tables
+from . import cache, tables
 from .tables import *  # noqa: F403
 
 __version__: str = _barnard.__version__
@@ -53,6 +53,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "SpatialReport",
+    "cache",
     "catalogue",
     "catalogues",
     "render_bricks",

@@ -1,5 +1,6 @@
 """Shared parts of tests."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import pytest
 
 import barnard as bn
 
+# Results of earlier runs would hide what is computed now.
+os.environ["BARNARD_CACHE"] = "off"
 # The writer of the tables stands beside the package.
 sys.path.append(str(Path(__file__).parents[1]))
 

@@ -104,6 +104,8 @@ impl Images {
             free.push(parameter);
             start.push(value);
         }
+        // Trial scenes would fill a cache.
+        let (loader, options) = (loader.with_cache(None), options.with_cache(None));
         let mut images = Self { tree, loader, options, free, sets: Vec::new(), plates: Vec::new(), start: start.clone() };
         let mut data = Measured { values: Vec::new(), sigma: Vec::new() };
         for observation in observations {

@@ -7,7 +7,7 @@ use barnard::backend::{Backend, Job, Renderer};
 use barnard::control::Control;
 use barnard::image::{Band, Display, FAR_AWAY, LayerContent, PixelScale, Samples, SaveOptions};
 use barnard::keywords::Value;
-use barnard::plan::{Options, Planned};
+use barnard::plan::Planned;
 use barnard::properties::Table;
 use barnard_files::SaveImage;
 use barnard_files::formats::encode_png;
@@ -18,7 +18,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::error::raised;
 use crate::plan::Plan;
 use crate::report;
-use crate::scene::{Owner, Scene};
+use crate::scene::{Owner, Scene, options as cached_options};
 use crate::{open, tree, work};
 
 /// The display that a table describes for pictures of a scene.
@@ -223,7 +223,7 @@ pub fn rendered(
     scene.check_image(memory_limit)?;
     let backends = scene.method.backends.with_properties(options)?;
     let adjusted = barnard::Scene::clone(scene).with_method(barnard::scene::Method { backends, ..scene.method.clone() });
-    let options = Options::within(memory_limit);
+    let options = cached_options(memory_limit)?;
     let planned = plan.map(|plan| plan.for_scene(&adjusted, control)).transpose()?;
     let job = match &planned {
         Some(planned) => Job::from(planned),

@@ -5,6 +5,7 @@
 
 mod arrays;
 mod bricks;
+mod cache;
 mod catalogue;
 mod error;
 mod fit;
@@ -50,6 +51,8 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<bricks::Whole>()?;
     module.add_class::<bricks::StarSweep>()?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
+    module.add_function(wrap_pyfunction!(cache::cache_facts, module)?)?;
+    module.add_function(wrap_pyfunction!(cache::clear_cache, module)?)?;
     module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;
     module.add_function(wrap_pyfunction!(work::set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(tree::from_toml, module)?)?;

@@ -121,7 +121,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
 #[pyfunction]
 pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
     let state: ImageState = state.extract()?;
-    let reader = Reader::new(state.folder, state.limit);
+    let reader = Reader::new(py, state.folder, state.limit)?;
     let scene: Owner = reader.read(py, &state.tree, "scene")?.0;
     let band = |(name, pivot_um, width_um, counting, times, zero, is_error, keywords): Described| {
         let in_unit = times.map(InUnit::Times).or(zero.map(|zero| InUnit::Magnitudes { zero }));

@@ -4,12 +4,14 @@ use std::ops::Deref;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use barnard::Options;
 use barnard::properties::{Part, Table};
 use barnard::scene::Loader;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::Arrays;
+use crate::error::raised;
 use crate::tree;
 use crate::work;
 
@@ -26,9 +28,11 @@ impl Reader {
     /// Reads files relative to `folder`, those that are built in where there is none; an array or an image may take
     /// `memory_limit` bytes.
     #[new]
-    pub fn new(folder: Option<PathBuf>, memory_limit: u64) -> Self {
+    pub fn new(py: Python, folder: Option<PathBuf>, memory_limit: u64) -> PyResult<Self> {
         let arrays = Arc::new(Arrays::new(folder.clone()));
-        Self { loader: Loader::new(arrays.clone(), memory_limit), arrays, folder }
+        let cache = barnard_files::cache::of_user().map_err(|error| raised(py, error))?;
+        let loader = Loader::new(arrays.clone(), memory_limit).with_cache(cache);
+        Ok(Self { loader, arrays, folder })
     }
 
     /// Takes a contiguous, read-only array of float32 or float64 under a name; messages call it `label`.
@@ -54,6 +58,11 @@ impl Reader {
     pub fn words(&self, table: Table) -> Arc<Words> {
         Arc::new(Words { table, folder: self.folder.clone(), limit: self.loader.inputs.memory_limit })
     }
+}
+
+/// Options of a plan within a memory limit \[bytes\], with the cache of the user.
+pub fn options(memory_limit: u64) -> barnard::Result<Options> {
+    Ok(Options::within(memory_limit).with_cache(barnard_files::cache::of_user()?))
 }
 
 /// Source of a scene.

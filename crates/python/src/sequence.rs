@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use barnard::composite::mean;
 use barnard::control::Control;
-use barnard::plan::Options;
 use barnard::properties::Table;
 use barnard::sequence::{Follower, FrameSettings};
 use barnard::{Error, Result};
@@ -14,7 +13,7 @@ use pyo3::types::PyDict;
 
 use crate::image::{Image, rendered};
 use crate::open;
-use crate::scene::{Owner, Reader, Words};
+use crate::scene::{Owner, Reader, Words, options};
 use crate::{tree, work};
 
 /// Frames of a scene, what holds for all of them once one was asked for, and what the latest left for the next.
@@ -97,7 +96,7 @@ impl Sequence {
         control: &Control,
     ) -> Result<Image> {
         let frames = self.sequence.frames();
-        let mut options = Options::within(memory_limit);
+        let mut options = options(memory_limit)?;
         let first = follower.scene(frames.time(number), control)?;
         if first.method.bounces > 1 {
             options.sweeper = open::with(backend, &first, |backend| Ok(backend.sweeper()))?;
@@ -106,8 +105,7 @@ impl Sequence {
         let shared = match settings {
             Some(shared) => shared,
             None => {
-                let shared =
-                    Arc::new(FrameSettings::measured(&self.sequence.pilots(), |time| follower.scene(time, control), &options, control)?);
+                let shared = Arc::new(FrameSettings::of(&self.sequence, |time| follower.scene(time, control), &options, control)?);
                 *self.shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(shared.clone());
                 shared
             }

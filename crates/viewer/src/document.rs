@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use barnard::Result;
+use barnard::cache::Cache;
 use barnard::control::Control;
 use barnard::scene::{Loader, Part, Provenance, RayTracer, Scene, Star};
 use barnard::sequence::{Follower, Sequence};
@@ -168,16 +169,21 @@ impl Document {
         self.scene.is_rough
     }
 
-    /// Begins to find out exactly what is known roughly, by a device that traces light where there is one, unless that is under
-    /// way or has failed; `heard` receives the finished share \[1\], and once it has ended. What was begun for other gas ends.
-    pub fn refine(&mut self, tracer: Option<Arc<dyn RayTracer>>, heard: impl Fn(Option<f64>) + Send + Sync + 'static) {
+    /// Begins to compute exactly what is known roughly, unless that is under way or has failed: with a device that traces light and a
+    /// cache, if any. `heard` receives the finished share \[1\], and `None` at the end. Work for other gas is cancelled.
+    pub fn refine(
+        &mut self,
+        tracer: Option<Arc<dyn RayTracer>>,
+        cache: Option<Arc<dyn Cache>>,
+        heard: impl Fn(Option<f64>) + Send + Sync + 'static,
+    ) {
         if !self.is_rough() || self.refining.as_ref().is_some_and(|refining| refining.physics == self.physics) {
             return;
         }
         let heard = Arc::new(heard);
         let of_part = heard.clone();
         let control = Control::with_listener(move |_, done, all| of_part(Some(done as f64 / all.max(1) as f64)));
-        let loader = self.loader.under(&control).traced_by(tracer).at(self.moment);
+        let loader = self.loader.under(&control).traced_by(tracer).with_cache(cache).at(self.moment);
         let (origin, text, opening) = (self.origin.clone(), self.text.clone(), self.opening);
         let (sender, done) = channel();
         std::thread::spawn(move || {

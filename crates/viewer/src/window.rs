@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use barnard::backend::{BackendEntry, DeviceUse, cpu};
+use barnard::cache::Cache;
 use barnard::scene::RayTracer;
 use barnard_gpu::{Gpu, GpuError, IonisingRays};
 use eframe::Renderer;
@@ -40,6 +41,8 @@ pub struct Start {
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
+    /// Cache of solved gas and turbulence between runs, if any.
+    pub cache: Option<Arc<dyn Cache>>,
     /// True if it prints the rate of window updates to standard error.
     pub timings: bool,
 }
@@ -83,7 +86,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
         let has_device = matches!(&lent, Ok(Some(gpu)) if gpu.adapter.real);
         let tracer = has_device.then(|| Arc::new(IonisingRays::once_asked()) as Arc<dyn RayTracer>);
         let mut app = App::new(document, engine, session, start.memory_limit);
-        app.tracer = tracer;
+        (app.tracer, app.cache) = (tracer, start.cache.clone());
         app.model.layout = WindowLayout::stored(creation.storage);
         app.timings = start.timings.then(|| Timings::since(began));
         words.into_iter().for_each(|words| app.model.tell(words));

@@ -249,9 +249,8 @@ impl Shoot<'_> {
 
     /// Settings shared by all frames, chosen from the whole sequence.
     fn shared(&self, follower: &mut Follower, control: &Control) -> anyhow::Result<FrameSettings> {
-        let pilots = self.sequence.pilots();
-        let shared = FrameSettings::measured(
-            &pilots,
+        let shared = FrameSettings::of(
+            self.sequence,
             |time| self.scene.uncropped(follower.scene(time, control)?, self.options.memory_limit, control),
             self.options,
             control,
@@ -259,7 +258,7 @@ impl Shoot<'_> {
         let choices = &shared.choices;
         complain!(
             "settings of all frames, from {} pilot frames: {}, star depths x {}, white {}",
-            pilots.len(),
+            self.sequence.pilots().len(),
             choices.stepping,
             choices.star_factor,
             match shared.display.white {

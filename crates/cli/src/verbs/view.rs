@@ -55,7 +55,8 @@ impl View {
             (None, None) => None,
         };
         let backend = *registry().by_name(&self.backend)?;
-        let start = Start { scene, backend, memory_limit: crate::source::memory_limit(self.memory)?, timings: self.timings };
+        let (memory_limit, cache) = (crate::source::memory_limit(self.memory)?, crate::source::cache()?);
+        let start = Start { scene, backend, memory_limit, cache, timings: self.timings };
         open(start).map_err(|e| match e {
             ViewerError::Scene(error) => anyhow::Error::from(error),
             other => other.into(),

@@ -1,15 +1,15 @@
 //! What the command tells: catalogues, checks, costs, comparisons.
 
-use std::process::{Command, Output};
+use std::process::Output;
 
-use super::desk::Desk;
+use super::desk::{Desk, barnard};
 
 /// A reader that stops listening does not stop the render.
 #[cfg(unix)]
 #[test]
 fn a_closed_pipe_loses_nothing() {
     let desk = Desk::new();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
+    let mut child = barnard()
         .args(["render", "scene.toml", "-o", "out.npy"])
         .current_dir(desk.folder.path())
         .stdout(std::process::Stdio::piped())
@@ -88,12 +88,8 @@ fn reports_are_json_on_request() {
 
 #[test]
 fn completions_end_quietly_in_a_closed_pipe() {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
-        .args(["completions", "bash"])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child =
+        barnard().args(["completions", "bash"]).stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));

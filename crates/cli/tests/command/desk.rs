@@ -54,7 +54,7 @@ impl Desk {
         self
     }
     pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_barnard"));
+        let mut command = barnard();
         command.args(arguments).current_dir(self.folder.path());
         command
     }
@@ -88,4 +88,11 @@ pub fn listing(folder: &Path) -> Vec<PathBuf> {
     let mut names: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     names.sort();
     names
+}
+
+/// The program, without a cache.
+pub fn barnard() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_barnard"));
+    command.env("BARNARD_CACHE", "off");
+    command
 }

@@ -3,7 +3,7 @@
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::desk::{Desk, listing, scene};
+use super::desk::{Desk, barnard, listing, scene};
 
 /// A flight of eleven frames.
 fn desk() -> Desk {
@@ -26,14 +26,7 @@ frames_per_second = 10
 
 fn start(desk: &Desk, rest: &[&str]) -> Child {
     let arguments = ["render", "flight.toml", "-o", "out/f_%04d.npy", "--threads", "1"];
-    Command::new(env!("CARGO_BIN_EXE_barnard"))
-        .args(arguments)
-        .args(rest)
-        .current_dir(desk.folder.path())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
+    barnard().args(arguments).args(rest).current_dir(desk.folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 /// What a run says of each frame: number and status.
@@ -154,7 +147,7 @@ fn a_full_disk_leaves_whole_frames() {
     let desk = desk();
     let program = env!("CARGO_BIN_EXE_barnard");
     let script = format!("trap '' XFSZ; ulimit -f 1; exec {program} render flight.toml -o out/f_%d.npy --size 64x64 --frames all");
-    let output = Command::new("sh").args(["-c", &script]).current_dir(desk.folder.path()).output().unwrap();
+    let output = Command::new("sh").env("BARNARD_CACHE", "off").args(["-c", &script]).current_dir(desk.folder.path()).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && message.contains("frame 1") && message.contains("cannot be written"), "{message}");
     assert!(frames(&desk).is_empty(), "{:?}", listing(&desk.path("out")));

@@ -1,6 +1,7 @@
 //! The command as a user meets it: good input works, bad input gives one clear message, status 1 or 2 and no file.
 
 mod answers;
+mod cache;
 mod desk;
 mod fit;
 mod frames;

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use super::desk::{Desk, listing};
+use super::desk::{Desk, barnard, listing};
 
 #[test]
 fn impossible_sizes_and_outputs_are_refused_at_once() {
@@ -23,7 +23,7 @@ fn impossible_sizes_and_outputs_are_refused_at_once() {
 #[test]
 fn an_interrupted_render_leaves_nothing() {
     let desk = Desk::new();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_barnard"))
+    let mut child = barnard()
         .args(["render", "scene.toml", "-o", "out.npy", "--size", "6000x6000", "--backend", "reference"])
         .current_dir(desk.folder.path())
         .stderr(std::process::Stdio::piped())
@@ -62,7 +62,7 @@ fn a_refused_write_leaves_nothing() {
     let desk = Desk::new();
     let before = listing(desk.folder.path());
     let script = format!("trap '' XFSZ; ulimit -f 1; exec {} render scene.toml -o out.npy --size 64x64", env!("CARGO_BIN_EXE_barnard"));
-    let output = Command::new("sh").args(["-c", &script]).current_dir(desk.folder.path()).output().unwrap();
+    let output = Command::new("sh").env("BARNARD_CACHE", "off").args(["-c", &script]).current_dir(desk.folder.path()).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && message.contains("out.npy") && message.contains("cannot be written"), "{message}");
     assert_eq!(before, listing(desk.folder.path()));
@@ -76,7 +76,7 @@ fn scenes_and_pictures_go_through_pipes() {
     use std::process::Stdio;
     let desk = Desk::new();
     let through = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_barnard"));
+        let mut command = barnard();
         let mut child = command
             .args(arguments)
             .current_dir(desk.folder.path())

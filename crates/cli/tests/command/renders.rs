@@ -241,7 +241,9 @@ fn links_lead_on_and_masks_hold() {
     let refused = desk.run(&["render", "scene.toml", "-o", "dangling.npy"]);
     assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("broken link"));
     let script = format!("umask 077; exec {} render scene.toml -o private.npy", env!("CARGO_BIN_EXE_barnard"));
-    assert!(Command::new("sh").args(["-c", &script]).current_dir(desk.folder.path()).status().unwrap().success());
+    assert!(
+        Command::new("sh").env("BARNARD_CACHE", "off").args(["-c", &script]).current_dir(desk.folder.path()).status().unwrap().success()
+    );
     assert_eq!(std::fs::metadata(desk.path("private.npy")).unwrap().permissions().mode() & 0o777, 0o600);
 }
 

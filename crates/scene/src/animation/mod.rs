@@ -13,6 +13,7 @@ use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
+use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::units::{Angle, Time};
 
 pub use curve::{INTERPOLATIONS, Interpolation};
@@ -156,6 +157,12 @@ pub struct Timeline {
 }
 
 impl Timeline {
+    /// Fingerprint of all changes and frames.
+    pub fn fingerprint(&self) -> Fingerprint {
+        let Self { path, tracks, frames, solved_every: _ } = self;
+        Digest::new("timeline").plain(path).plain(tracks).plain(frames).finish()
+    }
+
     /// Timeline without changes.
     pub fn new(frames: Frames) -> Self {
         Self { path: None, tracks: Vec::new(), frames, solved_every: Arc::default() }

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use barnard::cache::Cache;
 use barnard::scene::RayTracer;
 use eframe::egui::{self, Context, Key, Modifiers, TextureOptions, Ui, ViewportCommand};
 
@@ -43,6 +44,8 @@ pub struct App {
     pub memory_limit: u64,
     /// A device that has the light of several stars go through gas, where that is faster.
     pub tracer: Option<Arc<dyn RayTracer>>,
+    /// Cache of solved gas and turbulence between runs, if any.
+    pub cache: Option<Arc<dyn Cache>>,
     /// Counter of window updates, if requested.
     pub timings: Option<Timings>,
     engine: Engine,
@@ -74,6 +77,7 @@ impl App {
             export: None,
             memory_limit,
             tracer: None,
+            cache: None,
             timings: None,
             engine,
             title: String::new(),
@@ -234,7 +238,7 @@ impl App {
         let has_looked = self.model.shown.is_some() || self.model.notice.as_ref().is_some_and(|notice| notice.error);
         if is_quiet && has_looked && self.model.document.is_rough() {
             let (ctx, refined) = (ctx.clone(), self.model.refined.clone());
-            self.model.document.refine(self.tracer.clone(), move |part| {
+            self.model.document.refine(self.tracer.clone(), self.cache.clone(), move |part| {
                 let percent = part.map_or(0, |part| (100.0 * part.clamp(0.0, 1.0)) as u32);
                 if refined.swap(percent, Ordering::Relaxed) != percent || part.is_none() {
                     ctx.request_repaint();

@@ -284,7 +284,7 @@ law = "gordon23"
     let mut document = Document::open(&path, LIMIT).unwrap();
     let edge = |document: &Document| document.scene().dust.as_ref().unwrap().density.grid().unwrap().lattice().dims[0];
     assert!(document.is_rough() && edge(&document) == 64);
-    document.refine(None, |_| ());
+    document.refine(None, None, |_| ());
     while !document.take_refined().unwrap() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
@@ -325,7 +325,7 @@ luminosity = "1e4 Lsun"
     let settle = |document: &mut Document| {
         let heard = Arc::new(AtomicBool::new(false));
         let ears = heard.clone();
-        document.refine(None, move |part| ears.store(ears.load(Ordering::Relaxed) || part.is_some(), Ordering::Relaxed));
+        document.refine(None, None, move |part| ears.store(ears.load(Ordering::Relaxed) || part.is_some(), Ordering::Relaxed));
         while !document.take_refined().unwrap() {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::cells::SweepCells;
 use super::direct_sources::DirectSources;
@@ -13,7 +14,7 @@ use super::term::Term;
 use super::view::Viewpoint;
 use crate::control::Control;
 use crate::error::Result;
-use crate::field::{Grid, Lattice};
+use crate::field::{self, Grid, Lattice};
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::plan::{ManyLights, PhaseTable};
 use crate::stored::Precision;
@@ -72,6 +73,34 @@ pub struct FieldOrigin {
     pub directions: [usize; 2],
     pub harmonics: usize,
     pub bounces: usize,
+}
+
+impl FieldOrigin {
+    /// Fingerprint of it, and of whether a device sweeps, whose rounding differs.
+    pub fn fingerprint(&self, has_device: bool) -> Fingerprint {
+        let Self {
+            lattice,
+            sigma,
+            dust,
+            places,
+            star_factor,
+            precision,
+            kernels,
+            terms,
+            direct_sources: DirectSources { stars, many_lights, glow, around, unit },
+            directions,
+            harmonics,
+            bounces,
+        } = self;
+        let mut digest = Digest::new("multiple scattering");
+        digest.plain(&has_device).plain(lattice).singles(sigma).part(field::fingerprint(&**dust));
+        for place in places {
+            digest.numbers(&place.to_array());
+        }
+        digest.plain(&(star_factor, precision, directions, harmonics, bounces)).plain(kernels).plain(terms);
+        digest.plain(stars).singles(many_lights.as_flattened()).plain(&glow.is_some());
+        digest.singles(glow.as_deref().unwrap_or_default().as_flattened()).singles(around).singles(&[*unit]).finish()
+    }
 }
 
 impl PartialEq for FieldOrigin {

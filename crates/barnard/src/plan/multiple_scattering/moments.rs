@@ -45,6 +45,12 @@ impl<const N: usize> Moments<N> {
         self.data.par_chunks_mut(TOUCHED_TOGETHER).for_each(|some| some.fill([0.0; N]));
     }
 
+    /// The moments of a lattice from their numbers; `None` if these are too few or too many.
+    pub fn from_flat(data: &[f32], lattice: &Lattice, count: usize) -> Option<Self> {
+        let (data, rest) = data.as_chunks::<N>();
+        (rest.is_empty() && data.len() == lattice.cells() * count).then(|| Self { count, data: data.to_vec() })
+    }
+
     /// The moments of one cell, harmonic by harmonic.
     pub fn cell(&self, i: usize) -> &[Lanes<N>] {
         &self.data[i * self.count..][..self.count]

@@ -42,6 +42,11 @@ impl<'a> Sweepers<'a> {
         Self { device, gave_up: OnceLock::new() }
     }
 
+    /// True if a device sweeps, and has not given up.
+    pub fn has_device(&self) -> bool {
+        self.device.is_some() && self.gave_up.get().is_none()
+    }
+
     /// Does `work` with the first sweeper that can; returns what it made, and the name that outputs state.
     ///
     /// # Errors

@@ -16,12 +16,15 @@ use super::processor::{Processor, Sweepers};
 use super::sweeper::{Failure, Sweeper, Transfer};
 use super::term::scattering;
 use super::{FarFieldReport, Fineness, MultipleScattering, ScatteringReport};
+use crate::cache::{Cache, Record};
 use crate::control::{Control, Stage};
 use crate::error::Result;
 use crate::field::Grid;
 use crate::plan::SpatialPlan;
 use crate::plan::many_lights::near_field_kernel::NearFieldKernel;
 
+/// Kind of stored fields.
+const KIND: &str = "multiple_scattering";
 /// The largest number of sweeps.
 const MAX_SWEEPS: usize = 400;
 
@@ -75,7 +78,10 @@ impl Problem<'_> {
                 Some(part) => part.solved.clone(),
                 None => {
                     let medium = TermMedium { space, cells: &cells, faces: faces.each_ref().map(|f| &f[..]), origin };
-                    Arc::new(medium.solve(&self.sweepers, &control.part(p as f64 / groups, (p + 1) as f64 / groups))?)
+                    // Previews change too often to be stored.
+                    let cache = self.draft.options.cache.as_deref().filter(|_| fineness.degree == Fineness::FULL.degree);
+                    let part = control.part(p as f64 / groups, (p + 1) as f64 / groups);
+                    Arc::new(medium.stored(cache, &self.sweepers, &part)?)
                 }
             };
             parts.push(EightTerms { terms: terms.to_vec(), solved, unit, near, sent });
@@ -154,6 +160,28 @@ struct TermMedium<'a> {
 }
 
 impl TermMedium<'_> {
+    /// The light of the cache, or of a new solution, which is stored unless a device gave up.
+    fn stored(self, cache: Option<&dyn Cache>, sweepers: &Sweepers, control: &Control) -> Result<Solved> {
+        let Some(cache) = cache.filter(|_| self.origin.bounces > 1) else { return self.solve(sweepers, control) };
+        let content = self.origin.fingerprint(sweepers.has_device());
+        if let Some(record) = cache.get(KIND, content)
+            && let [sweeps, series, settled] = record.numbers[..]
+            && let Some(moments) =
+                record.arrays.first().and_then(|data| Moments::from_flat(data, &self.cells.lattice, self.origin.harmonics))
+        {
+            let by = record.text.into();
+            return Ok(Solved { origin: self.origin, moments, sweeps: sweeps as usize, series, settled: settled != 0.0, by });
+        }
+        let had_device = sweepers.has_device();
+        let solved = self.solve(sweepers, control)?;
+        if sweepers.has_device() == had_device {
+            let Solved { moments, sweeps, series, settled, by, .. } = &solved;
+            let numbers = vec![*sweeps as f64, *series, f64::from(u8::from(*settled))];
+            cache.put(KIND, content, &Record { text: by.to_string(), numbers, arrays: vec![moments.data.as_flattened().to_vec()] });
+        }
+        Ok(solved)
+    }
+
     /// The light of all orders below the bounces of its origin; by the first of the `sweepers` that can.
     fn solve(self, sweepers: &Sweepers, control: &Control) -> Result<Solved> {
         let FieldOrigin { ref terms, harmonics, bounces, ref direct_sources, .. } = self.origin;

@@ -84,15 +84,37 @@ impl IonisedGas {
 /// The cubic B-spline of values at their own voxels: each is shared with its neighbours, by 1/6, 2/3 and 1/6 along each axis; their sum
 /// stays. Skins of ionised gas are thinner than voxels: read between voxels as they are, they would be rows of cubes.
 pub(super) fn softened(dims: [usize; 3], mut values: Vec<f32>) -> Vec<f32> {
-    let strides = [1, dims[0], dims[0] * dims[1]];
-    for (count, stride) in dims.into_iter().zip(strides) {
-        // What would leave at an edge stays in the last voxel.
-        let shared = |i: usize| {
-            let at = i / stride % count;
-            let (before, after) = (if at > 0 { i - stride } else { i }, if at + 1 < count { i + stride } else { i });
-            (values[before] + values[after] + 4.0 * values[i]) / 6.0
-        };
-        values = (0..values.len()).into_par_iter().map(shared).collect();
+    let [nx, ny, nz] = dims;
+    let mut shared = vec![0.0; values.len()];
+    // What would leave at an edge stays in the last voxel.
+    let around = |i: usize, count: usize| (i.saturating_sub(1), (i + 1).min(count - 1));
+    let mean = |before: f32, here: f32, after: f32| (before + after + 4.0 * here) / 6.0;
+    for axis in 0..3 {
+        shared.par_chunks_exact_mut(nx).enumerate().for_each(|(number, out)| {
+            let (y, z) = (number % ny, number / ny);
+            let row = |y: usize, z: usize| &values[(z * ny + y) * nx..][..nx];
+            let here = row(y, z);
+            let (before, after) = match axis {
+                0 => {
+                    for (x, out) in out.iter_mut().enumerate() {
+                        let (before, after) = around(x, nx);
+                        *out = mean(here[before], here[x], here[after]);
+                    }
+                    return;
+                }
+                1 => {
+                    let (before, after) = around(y, ny);
+                    (row(before, z), row(after, z))
+                }
+                _ => {
+                    let (before, after) = around(z, nz);
+                    (row(y, before), row(y, after))
+                }
+            };
+            let rows = before.iter().zip(here).zip(after);
+            out.iter_mut().zip(rows).for_each(|(out, ((before, here), after))| *out = mean(*before, *here, *after));
+        });
+        std::mem::swap(&mut values, &mut shared);
     }
     values
 }

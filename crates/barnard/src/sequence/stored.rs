@@ -1,0 +1,195 @@
+//! Settings of sequences as numbers of a cache.
+
+use spectra::colour::Palette;
+
+use super::FrameSettings;
+use crate::cache::Record;
+use crate::detail::Roughness;
+use crate::image::{Display, Level, ScatteringError, SpatialError, Stepping, UnresolvedStars};
+use crate::plan::{Choices, RuleTarget};
+
+/// Kind of the records.
+pub const KIND: &str = "frames";
+
+/// Number of the kind of a stepping, and its samples.
+type SteppingNumbers = (usize, f64);
+/// Stepping, error, function samples, rays, stars.
+type SpatialNumbers = (SteppingNumbers, f64, Option<(f64, usize)>, usize, Option<(f64, usize)>);
+/// Stepping, star factor, sampled edge, rules, spatial error.
+type Steps = (SteppingNumbers, usize, Option<usize>, (f64, f64), Option<SpatialNumbers>);
+
+/// The settings as a record.
+pub fn record(FrameSettings { choices, display }: &FrameSettings) -> Record {
+    let mut numbers = Vec::new();
+    let Choices { stepping, star_factor, sampled_edge, rules, spatial, scattered: (scattered, far_field), roughness } = choices;
+    let spatial = spatial.map(|s| (steps(s.stepping), s.error, s.sampling, s.rays, s.unresolved.map(|stars| (stars.error, stars.stars))));
+    (steps(*stepping), *star_factor, *sampled_edge, (rules.accuracy, rules.depth), spatial).put(&mut numbers);
+    (scattered.map(|error| (error.spatial, error.angular)), *far_field).put(&mut numbers);
+    roughness.iter().map(|r| (r.wavelength_pc, r.deviation, r.slope)).collect::<Vec<_>>().put(&mut numbers);
+    display.palette.columns.iter().map(|[r, g, b]| (*r, *g, *b)).collect::<Vec<_>>().put(&mut numbers);
+    (display.balance, level(display.black), level(display.white)).put(&mut numbers);
+    Record { numbers, ..Record::default() }
+}
+
+/// The settings of a record; `stated` is the display of the first frame.
+pub fn settings(record: &Record, stated: &Display) -> Option<FrameSettings> {
+    let numbers = &mut record.numbers.iter().copied();
+    let (stepping, star_factor, sampled_edge, (accuracy, depth), spatial): Steps = Numbers::take(numbers)?;
+    let (scattered, far_field): (Option<(f64, f64)>, Option<f64>) = Numbers::take(numbers)?;
+    let roughness: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
+    let columns: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
+    let (balance, black, white): (bool, Option<f64>, Option<f64>) = Numbers::take(numbers)?;
+    let spatial = match spatial {
+        None => None,
+        Some((steps, error, sampling, rays, stars)) => {
+            let unresolved = stars.map(|(error, stars)| UnresolvedStars { error, stars });
+            Some(SpatialError { stepping: stepping_of(steps)?, error, sampling, rays, unresolved })
+        }
+    };
+    let choices = Choices {
+        stepping: stepping_of(stepping)?,
+        star_factor,
+        sampled_edge,
+        rules: RuleTarget { accuracy, depth },
+        spatial,
+        scattered: (scattered.map(|(spatial, angular)| ScatteringError { spatial, angular }), far_field),
+        roughness: roughness.into_iter().map(|(wavelength_pc, deviation, slope)| Roughness { wavelength_pc, deviation, slope }).collect(),
+    };
+    let palette = Palette { columns: columns.into_iter().map(|(r, g, b)| [r, g, b]).collect() };
+    Some(FrameSettings { choices, display: Display { palette, balance, black: level_of(black), white: level_of(white), ..stated.clone() } })
+}
+
+fn steps(stepping: Stepping) -> SteppingNumbers {
+    match stepping {
+        Stepping::PerVoxel(samples) => (0, samples),
+        Stepping::Paired(segments) => (1, segments),
+        Stepping::Fixed(samples) => (2, samples as f64),
+    }
+}
+
+fn stepping_of((kind, samples): SteppingNumbers) -> Option<Stepping> {
+    match kind {
+        0 => Some(Stepping::PerVoxel(samples)),
+        1 => Some(Stepping::Paired(samples)),
+        2 => Some(Stepping::Fixed(samples as usize)),
+        _ => None,
+    }
+}
+
+fn level(level: Level) -> Option<f64> {
+    match level {
+        Level::Auto => None,
+        Level::Radiance(radiance) => Some(radiance),
+    }
+}
+
+fn level_of(radiance: Option<f64>) -> Level {
+    radiance.map_or(Level::Auto, Level::Radiance)
+}
+
+/// Value that is stored as numbers in a row.
+trait Numbers: Sized {
+    fn put(&self, numbers: &mut Vec<f64>);
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Option<Self>;
+}
+
+impl Numbers for f64 {
+    fn put(&self, numbers: &mut Vec<f64>) {
+        numbers.push(*self);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Option<Self> {
+        numbers.next()
+    }
+}
+
+impl Numbers for usize {
+    fn put(&self, numbers: &mut Vec<f64>) {
+        numbers.push(*self as f64);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Option<Self> {
+        numbers.next().filter(|number| *number >= 0.0 && number.fract() == 0.0).map(|number| number as Self)
+    }
+}
+
+impl Numbers for bool {
+    fn put(&self, numbers: &mut Vec<f64>) {
+        usize::from(*self).put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Option<Self> {
+        usize::take(numbers).map(|number| number != 0)
+    }
+}
+
+impl<T: Numbers> Numbers for Option<T> {
+    fn put(&self, numbers: &mut Vec<f64>) {
+        self.is_some().put(numbers);
+        self.iter().for_each(|value| value.put(numbers));
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Option<Self> {
+        if bool::take(numbers)? { T::take(numbers).map(Some) } else { Some(None) }
+    }
+}
+
+impl<T: Numbers> Numbers for Vec<T> {
+    fn put(&self, numbers: &mut Vec<f64>) {
+        self.len().put(numbers);
+        self.iter().for_each(|value| value.put(numbers));
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Option<Self> {
+        (0..usize::take(numbers)?).map(|_| T::take(numbers)).collect()
+    }
+}
+
+macro_rules! tuples {
+    ($($($name:ident)+;)+) => {$(
+        impl<$($name: Numbers),+> Numbers for ($($name,)+) {
+            fn put(&self, numbers: &mut Vec<f64>) {
+                #[expect(non_snake_case, reason = "the names of the types")]
+                let ($($name,)+) = self;
+                $($name.put(numbers);)+
+            }
+            fn take(numbers: &mut impl Iterator<Item = f64>) -> Option<Self> {
+                Some(($($name::take(numbers)?,)+))
+            }
+        }
+    )+};
+}
+
+tuples! { A B; A B C; A B C D E; }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A record has every number of its settings, and one that is cut or of another kind gives none.
+    #[test]
+    fn settings_are_stored_whole() {
+        let error = SpatialError {
+            stepping: Stepping::Paired(0.75),
+            error: 1e-3,
+            sampling: Some((2e-4, 96)),
+            rays: 128,
+            unresolved: Some(UnresolvedStars { error: 0.1, stars: 7 }),
+        };
+        let roughness = Roughness { wavelength_pc: 0.1, deviation: 0.2, slope: 11.0 / 3.0 };
+        let choices = Choices {
+            stepping: Stepping::Fixed(100),
+            star_factor: 2,
+            sampled_edge: None,
+            rules: RuleTarget { accuracy: 1e-3, depth: 8.25 },
+            spatial: Some(error),
+            scattered: (Some(ScatteringError { spatial: 0.01, angular: 0.02 }), None),
+            roughness: vec![roughness; 2],
+        };
+        let stated = Display { black: Level::Radiance(1e-9), ..Display::of(&spectra::passband::set("johnson").unwrap()) };
+        let settings_stored = FrameSettings { choices, display: Display { white: Level::Radiance(3e-7), ..stated.clone() } };
+        let whole = record(&settings_stored);
+        assert_eq!(settings(&whole, &stated), Some(settings_stored));
+        for length in 0..whole.numbers.len() {
+            assert_eq!(settings(&Record { numbers: whole.numbers[..length].to_vec(), ..Record::default() }, &stated), None, "{length}");
+        }
+        let mut other = whole.numbers;
+        other[0] = 3.0;
+        assert_eq!(settings(&Record { numbers: other, ..Record::default() }, &stated), None);
+    }
+}
