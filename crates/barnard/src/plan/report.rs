@@ -1,5 +1,6 @@
 //! Report of a plan: certificates with the errors of arithmetic, and notes.
 
+use rayon::prelude::*;
 use spectra::rule::{Certificate, Rounding};
 
 use crate::blocks::Storage;
@@ -69,7 +70,7 @@ impl Plan {
             let decay = self.spectral.bands[band].rule.form.decay();
             (light, c.rounded(&sources[light].measure, rounding, |a| decay.size(light, decay.weights(light), a)))
         };
-        certificates.into_iter().enumerate().filter(shining).map(rounded).collect()
+        certificates.into_par_iter().enumerate().filter(shining).map(rounded).collect()
     }
 
     /// The report of an image with these measurements, made by a back end.
@@ -79,7 +80,7 @@ impl Plan {
             octaves: detail.octaves.len(),
             deviation: detail.roughness.iter().map(|roughness| roughness.deviation).fold(0.0, f64::max),
         });
-        let certificates = self.spectral.bands.iter().enumerate().map(|(number, band)| {
+        let certificates = self.spectral.bands.par_iter().enumerate().map(|(number, band)| {
             let named = |(light, certificate): (usize, Certificate)| (self.lights[light].name.clone(), certificate);
             let lights = self.certificates(number, stats).into_iter().map(named).collect();
             BandCertificates { band: band.band.name().to_owned(), lights }

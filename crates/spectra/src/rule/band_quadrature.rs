@@ -59,22 +59,25 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
         None => 1..=MAX_NODES,
     };
     let choosing = choosing(problem);
-    let mut best: Option<BandRule> = None;
+    let allowed = SHARE * problem.accuracy;
+    // All sources are certified only where those that choose allow it, and of all candidates where none is within the accuracy.
+    let mut candidates = Vec::new();
     for n in counts {
-        let candidates = TILTS.iter().map(|t| (*t, worst(problem, n, *t, &choosing)));
-        let Some((tilt, found)) = candidates.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-        if best.as_ref().is_some_and(|b| b.worst() <= found) {
-            continue;
-        }
-        let candidate = with_nodes(problem, n, tilt, &choosing);
-        best = match best {
-            Some(b) if b.worst() <= candidate.worst() => Some(b),
-            _ => Some(candidate),
-        };
-        if best.as_ref().is_some_and(|b| b.worst() <= SHARE * problem.accuracy) {
-            break;
+        let tilts = TILTS.iter().map(|t| (*t, worst(problem, n, *t, &choosing)));
+        let Some((tilt, found)) = tilts.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+        let rule = (found <= allowed).then(|| with_nodes(problem, n, tilt, &choosing));
+        match rule {
+            Some(rule) if rule.worst() <= allowed => return Ok(rule),
+            rule => candidates.push((n, tilt, found, rule)),
         }
     }
+    let best = candidates.into_iter().fold(None, |best: Option<BandRule>, (n, tilt, found, rule)| match best {
+        Some(best) if best.worst() <= found => Some(best),
+        best => {
+            let rule = rule.unwrap_or_else(|| with_nodes(problem, n, tilt, &choosing));
+            best.filter(|best| best.worst() <= rule.worst()).or(Some(rule))
+        }
+    });
     Ok(best.unwrap_or_else(|| with_nodes(problem, 1, 0.0, &choosing)))
 }
 

@@ -5,6 +5,7 @@
 //! stated five percent larger than what was found. Arithmetic comes on top: [`Certificate::rounded`].
 
 use super::Measure;
+use crate::exponential::attenuated;
 
 /// Largest errors over the reachable depths.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,13 +62,9 @@ impl Certificate {
         if total == 0.0 {
             return self;
         }
+        let slopes: Vec<f64> = measure.k.iter().zip(&measure.mass).map(|(k, mass)| k * mass).collect();
         let error = |a: f64| {
-            let (mut light, mut change) = (0.0, 0.0);
-            for (k, mass) in measure.k.iter().zip(&measure.mass) {
-                let left = mass * (-a * k).exp();
-                light += left;
-                change += a * k * left;
-            }
+            let (light, change) = (measure.at(a), a * attenuated(&measure.k, &slopes, a));
             let error = rounding.depth * change + rounding.light * size(a).max(light);
             [error / total, error / light.max(f64::MIN_POSITIVE)]
         };
