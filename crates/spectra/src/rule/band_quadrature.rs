@@ -11,7 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::nodes::{Weighting, interpolatory_weights};
-use super::{BandProblem, BandRule, Certificate, Measure, Node, Nodes, RuleEntry, Source};
+use super::{BandProblem, BandRule, Certificate, Decay, DepthSpan, Measure, Node, Nodes, RuleEntry, Source, Truth};
 use crate::error::Result;
 use crate::quadrature::{gauss_of_measure, non_negative_least_squares};
 
@@ -59,11 +59,12 @@ fn solve(problem: &BandProblem) -> Result<BandRule> {
         None => 1..=MAX_NODES,
     };
     let choosing = choosing(problem);
+    let choosers: Vec<Chooser> = choosing.iter().map(|source| Chooser::new(&problem.sources[*source], problem.depth)).collect();
     let allowed = SHARE * problem.accuracy;
     // All sources are certified only where those that choose allow it, and of all candidates where none is within the accuracy.
     let mut candidates = Vec::new();
     for n in counts {
-        let tilts = TILTS.iter().map(|t| (*t, worst(problem, n, *t, &choosing)));
+        let tilts = TILTS.iter().map(|t| (*t, worst(problem, n, *t, &choosing, &choosers)));
         let Some((tilt, found)) = tilts.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
         let rule = (found <= allowed).then(|| with_nodes(problem, n, tilt, &choosing));
         match rule {
@@ -95,16 +96,34 @@ fn choosing(problem: &BandProblem) -> Vec<usize> {
     sources.into_iter().map(|(source, _)| source).collect()
 }
 
+/// A source that chooses the nodes, with F for each of its spectral factors, the first of which is one.
+struct Chooser<'a> {
+    source: &'a Source,
+    truths: Vec<Truth>,
+}
+
+impl<'a> Chooser<'a> {
+    fn new(source: &'a Source, depth: f64) -> Self {
+        let plain = std::iter::once(Truth::new(&source.measure, depth));
+        let variants = source.variants.iter().map(|factor| Truth::new(&source.measure.reweighted(factor), depth));
+        Self { source, truths: plain.chain(variants).collect() }
+    }
+
+    /// The largest error of a rule with these nodes.
+    fn error(&self, nodes: &[Node], depth: f64) -> f64 {
+        let (weights, weighting) = weights_of(nodes, self.source, depth);
+        let rule = Nodes::of(nodes.to_vec(), vec![weights.clone()], vec![weighting]);
+        let variants = self.source.variants.iter().map(|factor| rule.weights_with(0, self.source, factor));
+        let weights = std::iter::once(weights).chain(variants);
+        let error = |(truth, weights): (&Truth, Vec<f64>)| truth.certificate(|a| rule.mean(0, &weights, DepthSpan::at(a))).absolute;
+        self.truths.iter().zip(weights).map(error).fold(0.0, f64::max)
+    }
+}
+
 /// The largest error of the rule of `n` nodes and tilt `t` for some sources.
-fn worst(problem: &BandProblem, n: usize, t: f64, sources: &[usize]) -> f64 {
+fn worst(problem: &BandProblem, n: usize, t: f64, sources: &[usize], choosers: &[Chooser]) -> f64 {
     let nodes = nodes(problem, n, t, sources);
-    let error = |s: &usize| {
-        let source = &problem.sources[*s];
-        let (weights, weighting) = weights_of(&nodes, source, problem.depth);
-        let form = super::Form::Nodes(Nodes::of(nodes.clone(), vec![weights], vec![weighting]));
-        BandRule { form, certificates: Vec::new() }.certify_source(0, source, problem.depth).absolute
-    };
-    sources.iter().map(error).fold(0.0, f64::max)
+    choosers.iter().map(|chooser| chooser.error(&nodes, problem.depth)).fold(0.0, f64::max)
 }
 
 /// The rule of `n` nodes and tilt `t`.

@@ -33,7 +33,7 @@ const MARGIN: f64 = 1.05;
 impl Certificate {
     /// The error of `approximation` against `measure` up to `depth`.
     pub fn measured(measure: &Measure, approximation: impl Fn(f64) -> f64, depth: f64) -> Self {
-        Self::behind(&measure.condensed(depth), approximation, 0.0, depth)
+        Truth::new(measure, depth).certificate(approximation)
     }
 
     /// The error of `approximation`(a) against F(`before` + a), as parts of F(0) and F(`before` + a), for a up to
@@ -43,14 +43,13 @@ impl Certificate {
         if total == 0.0 {
             return Self { absolute: 0.0, relative: 0.0, depth };
         }
-        let error = |a: f64| {
-            let truth = measure.at(before + a);
-            let difference = (approximation(a) - truth).abs();
-            [difference / total, difference / truth.max(f64::MIN_POSITIVE)]
-        };
+        let error = |a: f64| errors(approximation(a), measure.at(before + a), total);
+        Self::with_margin(suprema(error, depth), depth)
+    }
+
+    fn with_margin([absolute, relative]: [f64; 2], depth: f64) -> Self {
         // Of sums in double precision; `rounded` adds that of a march in single precision.
         let floor = 1e-14;
-        let [absolute, relative] = suprema(error, depth);
         Self { absolute: MARGIN * absolute + floor, relative: MARGIN * relative + floor, depth }
     }
 
@@ -82,15 +81,61 @@ impl Certificate {
     }
 }
 
-/// The suprema of two functions over [0, depth].
-fn suprema(f: impl Fn(f64) -> [f64; 2], depth: f64) -> [f64; 2] {
+/// F(a) over the reachable depths, sampled once for the certificates of several rules.
+pub struct Truth {
+    measure: Measure,
+    depth: f64,
+    points: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Truth {
+    /// F of `measure` for depths up to `depth`.
+    pub fn new(measure: &Measure, depth: f64) -> Self {
+        let (measure, points) = (measure.condensed(depth), points(depth));
+        let values = points.iter().map(|a| measure.at(*a)).collect();
+        Self { measure, depth, points, values }
+    }
+
+    /// The error of `approximation`(a) against F(a).
+    pub fn certificate(&self, approximation: impl Fn(f64) -> f64) -> Certificate {
+        let Self { measure, depth, points, values } = self;
+        let total = measure.total();
+        if total == 0.0 {
+            return Certificate { absolute: 0.0, relative: 0.0, depth: *depth };
+        }
+        let sampled = points.iter().zip(values).map(|(a, truth)| errors(approximation(*a), *truth, total)).collect::<Vec<_>>();
+        let error = |a: f64| errors(approximation(a), measure.at(a), total);
+        Certificate::with_margin(refined_both(error, points, &sampled), *depth)
+    }
+}
+
+/// Errors relative to F(0) and to F(a).
+fn errors(approximation: f64, truth: f64, total: f64) -> [f64; 2] {
+    let difference = (approximation - truth).abs();
+    [difference / total, difference / truth.max(f64::MIN_POSITIVE)]
+}
+
+/// Depths at which errors are sampled first.
+fn points(depth: f64) -> Vec<f64> {
     let mut points: Vec<f64> = (0..=SAMPLES).map(|i| depth * i as f64 / SAMPLES as f64).collect();
     points.extend((0..=SAMPLES / 2).map(|i| depth * 10f64.powf(-5.0 * i as f64 / (SAMPLES / 2) as f64)));
     points.sort_by(f64::total_cmp);
+    points
+}
+
+/// The suprema of two functions over [0, depth].
+fn suprema(f: impl Fn(f64) -> [f64; 2], depth: f64) -> [f64; 2] {
+    let points = points(depth);
     let values: Vec<[f64; 2]> = points.iter().map(|a| f(*a)).collect();
+    refined_both(f, &points, &values)
+}
+
+/// The suprema of two functions, which have `values` at ascending `points`.
+fn refined_both(f: impl Fn(f64) -> [f64; 2], points: &[f64], values: &[[f64; 2]]) -> [f64; 2] {
     [0, 1].map(|which| {
         let values: Vec<f64> = values.iter().map(|both| both[which]).collect();
-        refined(|a| f(a)[which], &points, &values)
+        refined(|a| f(a)[which], points, &values)
     })
 }
 

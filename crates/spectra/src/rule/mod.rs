@@ -32,7 +32,7 @@ mod truth;
 
 pub use analytic::{Analytic, PolynomialSource};
 pub use band_quadrature::PREVIEW;
-pub use certificate::{Certificate, Rounding};
+pub use certificate::{Certificate, Rounding, Truth};
 pub use common_nodes::CommonNodes;
 pub use depths::DepthSpan;
 pub use lookup::{DepthTable, Lookup};
