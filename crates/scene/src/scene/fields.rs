@@ -323,7 +323,7 @@ impl<'a> Fields<'a> {
         let is_long = Expression::names(formula).is_ok_and(|names| names.iter().any(|name| self.rough.contains(name)));
         self.loader.long_field(content, is_long, |inputs| {
             let expression = Expression::parse(formula, lookup).map_err(|message| self.wrong(section, key, message))?;
-            let field = section.wrap(key, expression.into_field(inputs.memory_limit, &self.loader.control))?;
+            let field = section.wrap(key, expression.into_field(inputs.memory_limit, inputs.cache.as_deref(), &self.loader.control))?;
             if let Some(grid) = field.grid() {
                 section.wrap(key, grid.check(formula))?;
             }

@@ -109,7 +109,7 @@ impl Emission {
             None => {
                 let finest = (density.bounds().size().max_element() / density.feature_pc()).ceil() as usize;
                 let lattice = Lattice::along(density.bounds(), finest.clamp(VOXELS.0, VOXELS.1));
-                sliced(&Grid::from_function(density, lattice, 1.0, control)?, &receding, steps, memory_limit)?
+                sliced(&Grid::from_function(density, lattice, 1.0, None, control)?, &receding, steps, memory_limit)?
             }
         };
         let species = fields.into_iter().enumerate().filter_map(|(number, density)| {

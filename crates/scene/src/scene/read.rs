@@ -65,8 +65,10 @@ impl Scene {
         let dust = root.read(&DUST)?.map(|s| dust::build(&s, loader, &fields)).transpose()?;
         let emission = root.read(&EMISSION)?.unwrap_or_default().into_iter().map(|s| emission::build(&s, loader, &fields));
         let emission = emission.collect::<Result<Vec<_>>>()?;
-        let gas = root.read(&GAS)?;
-        let ionised = gas.as_ref().map(|section| ionised(section, &fields, &stars, &bands, film, loader)).transpose()?;
+        let gas_section = root.read(&GAS)?;
+        // Fields that are in use are not made again.
+        let gas = gas_section.as_ref().map(|section| gas::build(section, &fields)).transpose()?;
+        let ionised = gas_section.as_ref().map(|section| ionised(section, &fields, &stars, &bands, film, loader)).transpose()?;
         if let Some(spectrograph) = &mut spectrograph {
             let species = emission.iter().chain(ionised.iter().flat_map(|gas| &gas.species));
             let at_rest: Vec<f64> = species.flat_map(|species| species.spectrum.lines()).map(|line| line.lambda_um).collect();
@@ -80,7 +82,7 @@ impl Scene {
             bookmarks,
             dust,
             emission,
-            gas: gas.map(|section| gas::build(&section, &fields)).transpose()?,
+            gas,
             stars,
             background: background.unwrap_or_default(),
             detail,

@@ -78,7 +78,7 @@ pub(in crate::plan) fn baked(
     }
     let lattice = Lattice::along(field.bounds(), edge(field, resolution));
     memory::check(&format!("{what}, sampled"), 4 * lattice.cells() as u64, options.memory_limit)?;
-    let grid = Grid::from_function(field, lattice, factor, control)?;
+    let grid = Grid::from_function(field, lattice, factor, options.cache.as_deref(), control)?;
     grid.check(what)?;
     Ok(grid)
 }

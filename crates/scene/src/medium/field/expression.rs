@@ -19,7 +19,8 @@ use super::formula::normalised;
 use super::operators::FieldOperators;
 use super::side_by_side::SideBySide;
 use super::support::{Support, support};
-use super::{Field, Grid, Lattice};
+use super::{Field, Grid, Lattice, fingerprint};
+use crate::cache::Cache;
 use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::{Bounds, Ray};
@@ -143,7 +144,7 @@ impl Expression {
     ///
     /// # Errors
     /// If that grid would take more than `memory_limit` bytes, and on interruption by the user.
-    pub fn into_field(self, memory_limit: u64, control: &Control) -> Result<Arc<dyn Field>> {
+    pub fn into_field(self, memory_limit: u64, cache: Option<&dyn Cache>, control: &Control) -> Result<Arc<dyn Field>> {
         let names = self.formula.var_names();
         if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)
             && self.formula.unparse().trim().trim_matches(['{', '}']) == name
@@ -165,13 +166,15 @@ impl Expression {
                 self.values(centres, places, values);
             }
         };
-        // A mask cuts through a voxel; what the grids hold there is theirs at its centre.
-        let grid = match self.has_edges() {
-            true => Grid::averaged(lattice, values),
-            false => Grid::filled(lattice, |places, out| values(places, places, out)),
+        let make = || {
+            // A mask cuts through a voxel; what the grids hold there is theirs at its centre.
+            let grid = match self.has_edges() {
+                true => Grid::averaged(lattice.clone(), values),
+                false => Grid::filled(lattice.clone(), |places, out| values(places, places, out)),
+            };
+            control.check().map(|()| grid)
         };
-        control.check()?;
-        Ok(Arc::new(grid))
+        Ok(Arc::new(Grid::stored(cache, || fingerprint(&self), &lattice, make)?))
     }
 
     /// The values of the formula at some places, with grids as they are at `centres` and functions at `places`.
@@ -336,7 +339,7 @@ mod tests {
         let (outer, inner) = (grid(2.0, 16), grid(0.5, 16));
         let field = |formula: &str, limit: u64| {
             let lookup = |name: &str| Ok(if name == "outer" { outer.clone() } else { inner.clone() } as Arc<dyn Field>);
-            Expression::parse(formula, lookup).unwrap().into_field(limit, &Control::default())
+            Expression::parse(formula, lookup).unwrap().into_field(limit, None, &Control::default())
         };
         let mass = |g: &Grid| g.values().iter().map(|v| f64::from(*v)).sum::<f64>() * g.lattice.voxel_pc().element_product();
         let sum = field("outer + inner", 1 << 30).unwrap();
@@ -360,7 +363,8 @@ mod tests {
     fn reading_can_be_interrupted() {
         let grid = Arc::new(Grid::sampled(Lattice { dims: [8; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) }, |_| 1.0));
         let control = Control::default();
-        let read = || Expression::parse("n * step(0.5, x)", |_| Ok(grid.clone() as Arc<dyn Field>)).unwrap().into_field(1 << 30, &control);
+        let read =
+            || Expression::parse("n * step(0.5, x)", |_| Ok(grid.clone() as Arc<dyn Field>)).unwrap().into_field(1 << 30, None, &control);
         assert!(read().is_ok());
         control.interrupt();
         assert!(matches!(read(), Err(crate::error::Error::Interrupted)));
@@ -373,7 +377,7 @@ mod tests {
         let lattice = Lattice { dims: [20; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let cube = Arc::new(Grid::sampled(lattice.clone(), |p| if (7.3 * p.x + 3.1 * p.y * p.z).sin() > 0.0 { 5.0 } else { 1.0 }));
         let lookup = |_: &str| Ok(cube.clone() as Arc<dyn Field>);
-        let field = |formula: &str| Expression::parse(formula, lookup).unwrap().into_field(1 << 30, &Control::default()).unwrap();
+        let field = |formula: &str| Expression::parse(formula, lookup).unwrap().into_field(1 << 30, None, &Control::default()).unwrap();
         let cut = field("n * step(0.51, sqrt(x^2 + y^2 + z^2)) / n");
         let cut = cut.grid().unwrap();
         let volume = cut.values().iter().map(|v| f64::from(*v)).sum::<f64>() * cut.lattice.voxel_pc().element_product();

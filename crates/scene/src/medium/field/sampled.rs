@@ -4,14 +4,20 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Field;
 use super::grid::Grid;
 use super::lattice::Lattice;
 use crate::blocks::Blocks;
+use crate::cache::{Cache, Record};
 use crate::control::Control;
 use crate::error::Result;
 
+/// Kind of stored grids.
+const KIND: &str = "fields";
+/// Grids of fewer voxels are not stored.
+const SMALL: usize = 1 << 17;
 /// Grids of more voxels are kept in blocks, of which many may be empty.
 const LARGE: usize = 1 << 24;
 /// Fewest voxels along each axis of such a grid: blocks reach beyond its edges.
@@ -27,11 +33,44 @@ impl Grid {
         Self::filled(lattice, |places, values| values.iter_mut().zip(places).for_each(|(value, p)| *value = f(*p)))
     }
 
-    /// Samples a field times `factor`, with the means of voxels in which it jumps.
+    /// The grid of a cache, or a new one, which is stored; `content` is the fingerprint of its values. Small grids are made anew, and so
+    /// are those in blocks.
+    ///
+    /// # Errors
+    /// Errors of `make`.
+    pub fn stored(
+        cache: Option<&dyn Cache>,
+        content: impl FnOnce() -> Fingerprint,
+        lattice: &Lattice,
+        make: impl FnOnce() -> Result<Self>,
+    ) -> Result<Self> {
+        let Some(cache) = cache.filter(|_| (SMALL..=LARGE).contains(&lattice.cells())) else { return make() };
+        let content = Digest::new("grid").part(content()).plain(lattice).finish();
+        let known = cache.get(KIND, content).and_then(|mut record| record.arrays.pop());
+        if let Some(values) = known.filter(|values| values.len() == lattice.cells()) {
+            return Ok(Self::from_lattice(lattice.clone(), values));
+        }
+        let grid = make()?;
+        cache.put(KIND, content, &Record { arrays: vec![grid.values().into_owned()], ..Record::default() });
+        Ok(grid)
+    }
+
+    /// Samples a field times `factor`, with the means of voxels in which it jumps; from a cache if that has it.
     ///
     /// # Errors
     /// On interruption by the user.
-    pub fn from_function(field: &Arc<dyn Field>, lattice: Lattice, factor: f64, control: &Control) -> Result<Self> {
+    pub fn from_function(
+        field: &Arc<dyn Field>,
+        lattice: Lattice,
+        factor: f64,
+        cache: Option<&dyn Cache>,
+        control: &Control,
+    ) -> Result<Self> {
+        let content = || Digest::new("samples").part(super::fingerprint(&**field)).number(factor).finish();
+        Self::stored(cache, content, &lattice.clone(), || Self::of_samples(field, lattice, factor, control))
+    }
+
+    fn of_samples(field: &Arc<dyn Field>, lattice: Lattice, factor: f64, control: &Control) -> Result<Self> {
         let sample = |places: &[DVec3], values: &mut [f64]| {
             if control.interrupted() {
                 return;

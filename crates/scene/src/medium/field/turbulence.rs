@@ -22,7 +22,6 @@ use spectra::quadrature::integrate;
 use spectra::units::Length;
 
 use super::{Field, Grid, within};
-use crate::cache::Record;
 use crate::data::Inputs;
 use crate::error::Result;
 use crate::field::lattice::Lattice;
@@ -206,18 +205,9 @@ fn build(section: &Section, inputs: &Inputs) -> Result<Arc<dyn Field>> {
         slope: section.read(&SLOPE)?,
         ..plain
     };
-    let content = Digest::new("turbulence").plain(&turbulence).finish();
-    let lattice = Lattice::along(bounds, turbulence.voxels);
-    let cache = inputs.cache.as_deref().filter(|_| turbulence.voxels > ROUGH);
-    let known = cache.and_then(|cache| cache.get("turbulence", content)).and_then(|mut record| record.arrays.pop());
-    if let Some(density) = known.filter(|density| density.len() == lattice.cells()) {
-        return Ok(Arc::new(Grid::from_lattice(lattice, density)));
-    }
-    let grid = section.wrap(&VOXELS, turbulence.grid(inputs.memory_limit))?;
-    if let Some(cache) = cache {
-        cache.put("turbulence", content, &Record { arrays: vec![grid.values().into_owned()], ..Record::default() });
-    }
-    Ok(Arc::new(grid))
+    let content = || Digest::new("turbulence").plain(&turbulence).finish();
+    let make = || section.wrap(&VOXELS, turbulence.grid(inputs.memory_limit));
+    Ok(Arc::new(Grid::stored(inputs.cache.as_deref(), content, &Lattice::along(bounds, turbulence.voxels), make)?))
 }
 
 #[cfg(test)]

@@ -175,7 +175,7 @@ impl Gas {
         memory::check("gas ionised by the stars", cloud.bytes(BESIDE), solver.memory_limit)?;
         cloud.hydrogen = match grid {
             Some(grid) => grid.values().into_owned(),
-            None => Grid::from_function(density, cloud.lattice.clone(), 1.0, solver.control)?.values().into_owned(),
+            None => Grid::from_function(density, cloud.lattice.clone(), 1.0, solver.cache, solver.control)?.values().into_owned(),
         };
         Ok(cloud)
     }
