@@ -234,7 +234,7 @@ fn checksum(body: &[u8]) -> String {
     Digest::new("checksum").bytes(body).finish().to_string()
 }
 
-/// Bytes of a record: text, numbers and arrays, each behind its length; arrays as LZ4 blocks.
+/// Bytes of a record: text, numbers and arrays, each behind its length; arrays as LZ4 blocks, in the order of bytes of the machine.
 fn encoded(Record { text, numbers, arrays }: &Record) -> Vec<u8> {
     let mut body = Vec::new();
     let mut part = |count: usize, bytes: &[u8]| {
@@ -245,8 +245,7 @@ fn encoded(Record { text, numbers, arrays }: &Record) -> Vec<u8> {
     part(text.len(), text.as_bytes());
     part(numbers.len(), &numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
     for array in arrays {
-        let bytes: Vec<u8> = array.iter().flat_map(|value| value.to_le_bytes()).collect();
-        part(array.len(), &lz4_flex::block::compress(&bytes));
+        part(array.len(), &lz4_flex::block::compress(bytemuck::cast_slice(array)));
     }
     body
 }
@@ -269,8 +268,9 @@ fn decoded(mut body: &[u8]) -> Option<Record> {
     let mut arrays = Vec::new();
     while let Some((count, packed)) = part()? {
         let size = count.checked_mul(4).filter(|size| size / RATIO <= packed.len())?;
-        let bytes = lz4_flex::block::decompress(packed, size).ok().filter(|bytes| bytes.len() == size)?;
-        arrays.push(bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect());
+        let mut array = vec![0.0f32; count];
+        lz4_flex::block::decompress_into(packed, bytemuck::cast_slice_mut(&mut array)).ok().filter(|found| *found == size)?;
+        arrays.push(array.into());
     }
     Some(Record { text, numbers, arrays })
 }

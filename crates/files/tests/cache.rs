@@ -1,16 +1,15 @@
 //! The cache: what is read from it has the bits of what is computed, and nothing broken is read.
 
-use std::collections::HashMap;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use barnard::backend::Renderer;
 use barnard::backend::cpu::Cpu;
 use barnard::cache::{Cache, Record};
 use barnard::control::Control;
+use barnard::fixtures::MemoryCache;
 use barnard::image::Image;
 use barnard::plan::{Options, Planner};
 use barnard::scene::{Loader, Scene};
@@ -19,44 +18,13 @@ use barnard::spectra::fingerprint::Fingerprint;
 use barnard_files::SceneFile;
 use barnard_files::cache::DiskCache;
 
-/// Records in memory, and how many were found.
-#[derive(Debug, Default)]
-struct MemoryCache {
-    records: Mutex<HashMap<(String, Fingerprint), Record>>,
-    hits: AtomicUsize,
-    misses: AtomicUsize,
-}
-
-impl MemoryCache {
-    /// Hits and misses since the last call.
-    fn counts(&self) -> (usize, usize) {
-        (self.hits.swap(0, Ordering::Relaxed), self.misses.swap(0, Ordering::Relaxed))
-    }
-
-    /// Doubles every array of a kind.
-    fn falsify(&self, kind: &str) {
-        for ((known, _), record) in &mut *self.records.lock().unwrap() {
-            if known == kind {
-                record.arrays.iter_mut().flatten().for_each(|value| *value *= 2.0);
-            }
-        }
-    }
-}
-
-impl Cache for MemoryCache {
-    fn get(&self, kind: &str, inputs: Fingerprint) -> Option<Record> {
-        let record = self.records.lock().unwrap().get(&(kind.to_owned(), inputs)).cloned();
-        (if record.is_some() { &self.hits } else { &self.misses }).fetch_add(1, Ordering::Relaxed);
-        record
-    }
-    fn put(&self, kind: &str, inputs: Fingerprint, record: &Record) {
-        self.records.lock().unwrap().insert((kind.to_owned(), inputs), record.clone());
-    }
-}
-
 fn record(seed: f32) -> Record {
     let array = |length: usize| (0..length).map(|i| (i as f32 * 0.37 + seed).sin()).collect::<Vec<f32>>();
-    Record { text: "cpu".into(), numbers: vec![1.5, -0.0, f64::MIN_POSITIVE], arrays: vec![array(1000), Vec::new(), vec![0.0; 5000]] }
+    Record {
+        text: "cpu".into(),
+        numbers: vec![1.5, -0.0, f64::MIN_POSITIVE],
+        arrays: vec![array(1000).into(), Vec::new().into(), vec![0.0; 5000].into()],
+    }
 }
 
 fn key(name: &str) -> Fingerprint {
@@ -125,7 +93,7 @@ fn the_least_recently_used_go_first() {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             f32::from_bits(state & 0x3fff_ffff)
         };
-        Record { arrays: vec![(0..25_000).map(|_| next()).collect()], ..Record::default() }
+        Record { arrays: vec![(0..25_000).map(|_| next()).collect::<Vec<f32>>().into()], ..Record::default() }
     };
     // About 100 kB each.
     let cache = DiskCache::new(folder.path(), 450_000);
@@ -147,7 +115,7 @@ fn the_least_recently_used_go_first() {
     cache.put("gas", key("e"), &noisy(9));
     let left: Vec<bool> = ["a", "b", "c", "d", "e"].iter().map(|name| cache.get("gas", key(name)).is_some()).collect();
     assert_eq!(left, [true, false, true, true, true]);
-    let large = Record { arrays: vec![noisy(1).arrays[0].repeat(3)], ..Record::default() };
+    let large = Record { arrays: vec![noisy(1).arrays[0].repeat(3).into()], ..Record::default() };
     cache.put("gas", key("large"), &large);
     assert!(cache.get("gas", key("large")).is_none() && cache.get("gas", key("e")).is_some());
 }

@@ -1,13 +1,17 @@
 //! Parts of the small scenes that unit tests render.
 
 use std::borrow::Cow;
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use glam::DVec3;
 use spectra::extinction::Extinction;
+use spectra::fingerprint::Fingerprint;
 use spectra::passband::Passband;
 use spectra::units::{Luminosity, Temperature};
 
+use crate::cache::{Cache, Record};
 use crate::camera::Camera;
 use crate::data::{Array, ArrayHeader, Choose, DataSource, Inputs, NoData, Numbers, TextTable};
 use crate::error::Result;
@@ -123,4 +127,39 @@ pub fn of_every_kind<K, T>(
         (name, build(&Section::root(&table), &inputs).unwrap_or_else(|e| panic!("{name}: {e}")))
     };
     kinds.iter().map(made).collect()
+}
+
+/// Records in memory, and how many were found.
+#[derive(Debug, Default)]
+pub struct MemoryCache {
+    records: Mutex<HashMap<(String, Fingerprint), Record>>,
+    hits: AtomicUsize,
+    misses: AtomicUsize,
+}
+
+impl MemoryCache {
+    /// Hits and misses since the last call.
+    pub fn counts(&self) -> (usize, usize) {
+        (self.hits.swap(0, Ordering::Relaxed), self.misses.swap(0, Ordering::Relaxed))
+    }
+
+    /// Doubles every array of a kind.
+    pub fn falsify(&self, kind: &str) {
+        for ((known, _), record) in &mut *self.records.lock().unwrap() {
+            if known == kind {
+                record.arrays.iter_mut().for_each(|array| *array = array.iter().map(|value| 2.0 * value).collect::<Vec<f32>>().into());
+            }
+        }
+    }
+}
+
+impl Cache for MemoryCache {
+    fn get(&self, kind: &str, inputs: Fingerprint) -> Option<Record> {
+        let record = self.records.lock().unwrap().get(&(kind.to_owned(), inputs)).cloned();
+        (if record.is_some() { &self.hits } else { &self.misses }).fetch_add(1, Ordering::Relaxed);
+        record
+    }
+    fn put(&self, kind: &str, inputs: Fingerprint, record: &Record) {
+        self.records.lock().unwrap().insert((kind.to_owned(), inputs), record.clone());
+    }
 }

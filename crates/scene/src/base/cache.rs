@@ -6,6 +6,8 @@ use std::fmt::Debug;
 
 use spectra::fingerprint::Fingerprint;
 
+use super::data::Shared;
+
 /// Result of a computation, as numbers and text.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Record {
@@ -14,7 +16,7 @@ pub struct Record {
     /// Single numbers.
     pub numbers: Vec<f64>,
     /// Arrays.
-    pub arrays: Vec<Vec<f32>>,
+    pub arrays: Vec<Shared<f32>>,
 }
 
 /// Storage of results. A stored result has the same bits as a computed one.

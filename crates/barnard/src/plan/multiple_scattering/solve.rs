@@ -177,7 +177,7 @@ impl TermMedium<'_> {
         if sweepers.has_device() == had_device {
             let Solved { moments, sweeps, series, settled, by, .. } = &solved;
             let numbers = vec![*sweeps as f64, *series, f64::from(u8::from(*settled))];
-            cache.put(KIND, content, &Record { text: by.to_string(), numbers, arrays: vec![moments.data.as_flattened().to_vec()] });
+            cache.put(KIND, content, &Record { text: by.to_string(), numbers, arrays: vec![moments.data.as_flattened().to_vec().into()] });
         }
         Ok(solved)
     }

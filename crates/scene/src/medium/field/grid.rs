@@ -150,6 +150,14 @@ impl Grid {
         }
     }
 
+    /// The values in the grid's own memory, if they are there in rows and in its unit.
+    pub(super) fn rows(&self) -> Option<Shared<f32>> {
+        match &self.store {
+            Store::Rows(_, values) if self.factor == 1.0 => Some(values.clone()),
+            _ => None,
+        }
+    }
+
     /// `factor` times the means of blocks of `block` voxels along each axis; blocks at the upper faces take what is
     /// left.
     ///

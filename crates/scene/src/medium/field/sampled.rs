@@ -16,6 +16,8 @@ use crate::error::Result;
 
 /// Kind of stored grids.
 const KIND: &str = "fields";
+/// Number of records of grids in blocks.
+const IN_BLOCKS: f64 = 1.0;
 /// Grids of fewer voxels are not stored.
 const SMALL: usize = 1 << 17;
 /// Grids of more voxels are kept in blocks, of which many may be empty.
@@ -33,8 +35,7 @@ impl Grid {
         Self::filled(lattice, |places, values| values.iter_mut().zip(places).for_each(|(value, p)| *value = f(*p)))
     }
 
-    /// The grid of a cache, or a new one, which is stored; `content` is the fingerprint of its values. Small grids are made anew, and so
-    /// are those in blocks.
+    /// The grid of a cache, or a new one, which is stored; `content` is the fingerprint of its values. Small grids are made anew.
     ///
     /// # Errors
     /// Errors of `make`.
@@ -44,14 +45,25 @@ impl Grid {
         lattice: &Lattice,
         make: impl FnOnce() -> Result<Self>,
     ) -> Result<Self> {
-        let Some(cache) = cache.filter(|_| (SMALL..=LARGE).contains(&lattice.cells())) else { return make() };
+        let Some(cache) = cache.filter(|_| lattice.cells() >= SMALL) else { return make() };
         let content = Digest::new("grid").part(content()).plain(lattice).finish();
-        let known = cache.get(KIND, content).and_then(|mut record| record.arrays.pop());
-        if let Some(values) = known.filter(|values| values.len() == lattice.cells()) {
-            return Ok(Self::from_lattice(lattice.clone(), values));
+        if let Some(Record { mut arrays, numbers, .. }) = cache.get(KIND, content)
+            && let Some(values) = arrays.pop().filter(|values| values.len() == lattice.cells())
+        {
+            if numbers != [IN_BLOCKS] {
+                return Ok(Self::sharing(lattice.clone(), values));
+            }
+            let [length, height, _] = lattice.dims;
+            let row =
+                |(): &mut (), [y, z]: [usize; 2], out: &mut [f32]| out.copy_from_slice(&values[(z * height + y) * length..][..length]);
+            return Ok(Self::in_blocks(lattice.clone(), Blocks::made(lattice.dims, || (), row)));
         }
         let grid = make()?;
-        cache.put(KIND, content, &Record { arrays: vec![grid.values().into_owned()], ..Record::default() });
+        let (numbers, values) = match grid.rows() {
+            Some(values) => (Vec::new(), values),
+            None => (vec![IN_BLOCKS], grid.values().into_owned().into()),
+        };
+        cache.put(KIND, content, &Record { numbers, arrays: vec![values], ..Record::default() });
         Ok(grid)
     }
 
@@ -134,5 +146,37 @@ impl Grid {
                 *value = of_parts.iter().sum::<f64>() / of_parts.len() as f64;
             }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::MemoryCache;
+    use crate::geometry::Bounds;
+
+    /// A stored grid has the values and the blocks of the one that was made, and is made once.
+    #[test]
+    fn grids_come_back_as_they_were() {
+        let lattice = Lattice { dims: [60, 52, 48], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
+        let value = |[x, y, z]: [usize; 3]| if x > 20 && y < 30 { (x * 7 + y * 3 + z) as f32 } else { 0.0 };
+        let rows = || Grid::from_lattice(lattice.clone(), (0..lattice.cells()).map(|i| value(lattice.place(i))).collect());
+        let row =
+            |(): &mut (), [y, z]: [usize; 2], out: &mut [f32]| out.iter_mut().enumerate().for_each(|(x, out)| *out = value([x, y, z]));
+        let blocks = || Grid::in_blocks(lattice.clone(), Blocks::made(lattice.dims, || (), row));
+        let cache = MemoryCache::default();
+        let stored = |name: &str, make: &dyn Fn() -> Grid| {
+            Grid::stored(Some(&cache), || Fingerprint::of_text(name), &lattice, || Ok(make())).unwrap()
+        };
+        for (name, make) in [("rows", &rows as &dyn Fn() -> Grid), ("blocks", &blocks)] {
+            assert!(stored(name, make) == make());
+            let again = stored(name, &|| panic!("made again"));
+            assert!(again == make() && again.bytes() == make().bytes());
+        }
+        assert!(blocks().bytes() < rows().bytes() && blocks() != rows().scaled(2.0));
+        let other = Lattice { bounds: Bounds::cube(DVec3::ZERO, 2.0), ..lattice.clone() };
+        assert_eq!(cache.counts(), (2, 2));
+        Grid::stored(Some(&cache), || Fingerprint::of_text("rows"), &other, || Ok(rows())).unwrap();
+        assert_eq!(cache.counts(), (0, 1));
     }
 }

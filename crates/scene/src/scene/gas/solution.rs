@@ -57,7 +57,7 @@ impl Solution<'_> {
         let [passes, change, steps, unsettled, escaped @ ..] = &numbers[..] else { return None };
         let quantity = |name: &String| {
             let array = cache.get(KIND, quantity(content, name))?.arrays.pop()?;
-            (array.len() == self.cloud.hydrogen.len()).then_some(array)
+            (array.len() == self.cloud.hydrogen.len()).then(|| array.to_vec())
         };
         Some(Ionised {
             quantities: self.names.iter().map(quantity).collect::<Option<_>>()?,
@@ -73,7 +73,7 @@ impl Solution<'_> {
     fn store(&self, cache: &dyn Cache, content: Fingerprint, found: &Ionised) {
         let Ionised { quantities, passes, change, escaped, steps, unsettled, by } = found;
         for (name, values) in self.names.iter().zip(quantities) {
-            cache.put(KIND, quantity(content, name), &Record { arrays: vec![values.clone()], ..Record::default() });
+            cache.put(KIND, quantity(content, name), &Record { arrays: vec![values.clone().into()], ..Record::default() });
         }
         let numbers = [&[*passes as f64, *change, *steps as f64, *unsettled as f64], &escaped[..]].concat();
         cache.put(KIND, content, &Record { text: by.clone(), numbers, arrays: Vec::new() });
