@@ -1,4 +1,4 @@
-"""Cache of long computations: solved gas, fields of turbulence, multiple scattering and settings of films.
+"""Cache of long computations: solved gas, sampled fields, multiple scattering and settings of films.
 
 A later run with the same inputs reads them instead of computing them again, with the same bits; another version of Barnard
 computes them anew. All processes of a user share the cache.

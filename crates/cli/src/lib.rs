@@ -53,7 +53,7 @@ struct Cli {
     /// Print error bounds, settings and timings
     #[arg(short, long, global = true)]
     verbose: bool,
-    /// Neither read nor write the cache of solved gas, turbulence and other long computations (see `barnard cache`)
+    /// Neither read nor write the cache of long computations (see `barnard cache`)
     #[arg(long, global = true)]
     no_cache: bool,
     #[command(subcommand)]

@@ -41,7 +41,7 @@ pub struct Start {
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
-    /// Cache of solved gas and turbulence between runs, if any.
+    /// Cache of solved gas and sampled fields between runs, if any.
     pub cache: Option<Arc<dyn Cache>>,
     /// True if it prints the rate of window updates to standard error.
     pub timings: bool,

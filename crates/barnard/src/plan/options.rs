@@ -16,7 +16,7 @@ pub struct Options {
     pub sweeper: Option<Arc<dyn Sweeper>>,
     /// Most voxels of star depths along one of dust.
     pub star_depth_voxels: usize,
-    /// Cache of results between runs: star depths and multiple scattering.
+    /// Cache of results between runs: sampled densities, multiple scattering and settings of films.
     pub cache: Option<Arc<dyn Cache>>,
 }
 

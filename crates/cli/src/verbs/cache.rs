@@ -8,7 +8,7 @@ use indicatif::BinaryBytes;
 
 use crate::counted;
 
-/// Shows or clears the cache of long computations: solved gas, fields of turbulence, star depths and multiple scattering.
+/// Shows or clears the cache of long computations: solved gas, sampled fields, multiple scattering and settings of films.
 ///
 /// A later run with the same inputs reads them instead of computing them again, with the same bits; a new version of the
 /// program computes them anew. Records used least recently are removed beyond the limit.

@@ -101,7 +101,7 @@ impl Loader {
         Self { tracer, ..self.clone() }
     }
 
-    /// Variant with a cache of results between runs: solved gas and fields of turbulence.
+    /// Variant with a cache of results between runs: solved gas and sampled fields.
     #[must_use]
     pub fn with_cache(&self, cache: Option<Arc<dyn Cache>>) -> Self {
         let mut loader = self.clone();

@@ -44,7 +44,7 @@ pub struct App {
     pub memory_limit: u64,
     /// A device that has the light of several stars go through gas, where that is faster.
     pub tracer: Option<Arc<dyn RayTracer>>,
-    /// Cache of solved gas and turbulence between runs, if any.
+    /// Cache of solved gas and sampled fields between runs, if any.
     pub cache: Option<Arc<dyn Cache>>,
     /// Counter of window updates, if requested.
     pub timings: Option<Timings>,
