@@ -212,7 +212,7 @@ def body(name: str, base: str, row: Row, kind: Kind | None, doc: str) -> str:
     names = (["kind"] if choice else []) + [key.name for key in keys] + (["copy"] if sampled else [])
     # The class of a kind sets its keys as the class of all kinds does, without its required ones.
     lines += ["", *call("def __init__", ["self", *signature(row, keys, choice, of_kinds, more)], ":", "    ")]
-    lines += [*call("Table.__init__", ["self", *(f"{name}={name}" for name in names)], "", "        "), ""]
+    lines += [*call("self._fill", [f"{name}={name}" for name in names], "", "        "), ""]
     return "\n".join(lines)
 
 

@@ -63,6 +63,10 @@ class Table:
     _kind: ClassVar[str | None] = None
 
     def __init__(self, **keys: Any):
+        self._fill(**keys)
+
+    def _fill(self, **keys: Any) -> None:
+        """Begins the table and sets its keys; constructors of kinds require some of them."""
         self._begin(keys)
         # The kind says which other keys there are.
         for key in sorted(keys, key=lambda key: key != "kind"):
@@ -85,8 +89,7 @@ class Table:
     def of(cls, keys: dict[str, Any]) -> Self:
         """A table of these keys, whether all that are needed are there or not."""
         table = cls.__new__(cls)
-        # Constructors of kinds require keys; this one does not.
-        Table.__init__(table, **keys)
+        table._fill(**keys)
         return table
 
     @classmethod

@@ -107,8 +107,7 @@ class Grid(Sampled):
         clip: bool | None = None,
         copy: bool = True,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             file=file,
             array=array,
             axes=axes,
@@ -179,8 +178,7 @@ class Fbm(Field):
         variant: Literal["plain", "ridged"] | None = None,
         warp: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             seed=seed,
             centre=centre,
             radius=radius,
@@ -214,7 +212,7 @@ class Sphere(Field):
     _kind = "sphere"
 
     def __init__(self, radius: Quantity, *, centre: Position | None = None):
-        Table.__init__(self, centre=centre, radius=radius)
+        self._fill(centre=centre, radius=radius)
 
 
 class Box(Field):
@@ -237,7 +235,7 @@ class Box(Field):
     _kind = "box"
 
     def __init__(self, low: Position, high: Position):
-        Table.__init__(self, low=low, high=high)
+        self._fill(low=low, high=high)
 
 
 class Plummer(Field):
@@ -262,7 +260,7 @@ class Plummer(Field):
     _kind = "plummer"
 
     def __init__(self, core: Quantity, *, centre: Position | None = None, cut: Quantity | None = None):
-        Table.__init__(self, centre=centre, core=core, cut=cut)
+        self._fill(centre=centre, core=core, cut=cut)
 
 
 class Shell(Field):
@@ -288,7 +286,7 @@ class Shell(Field):
     _kind = "shell"
 
     def __init__(self, radius: Quantity, thickness: Quantity, *, centre: Position | None = None):
-        Table.__init__(self, centre=centre, radius=radius, thickness=thickness)
+        self._fill(centre=centre, radius=radius, thickness=thickness)
 
 
 class Slab(Field):
@@ -322,7 +320,7 @@ class Slab(Field):
         centre: Position | None = None,
         normal: Sequence[float] | None = None,
     ):
-        Table.__init__(self, centre=centre, normal=normal, thickness=thickness, extent=extent)
+        self._fill(centre=centre, normal=normal, thickness=thickness, extent=extent)
 
 
 class Turbulence(Field):
@@ -371,8 +369,7 @@ class Turbulence(Field):
         plasma_beta: float | None = None,
         slope: float | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             seed=seed,
             low=low,
             high=high,
@@ -404,7 +401,7 @@ class Expression(Field):
     _kind = "expression"
 
     def __init__(self, formula: str):
-        Table.__init__(self, formula=formula)
+        self._fill(formula=formula)
 
 
 class Stereo(Table):
@@ -437,13 +434,7 @@ class Stereo(Table):
         arrangement: Literal["over_under", "side_by_side"] | None = None,
         pole_merge: Sequence[Quantity] | Quantity | None = None,
     ):
-        Table.__init__(
-            self,
-            eye_distance=eye_distance,
-            convergence=convergence,
-            arrangement=arrangement,
-            pole_merge=pole_merge,
-        )
+        self._fill(eye_distance=eye_distance, convergence=convergence, arrangement=arrangement, pole_merge=pole_merge)
 
 
 class Keyframe(Table):
@@ -496,8 +487,7 @@ class Keyframe(Table):
         aperture: Quantity | None = None,
         tilt: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             time=time,
             position=position,
             target=target,
@@ -547,8 +537,7 @@ class CameraPath(Table):
         ease: Quantity | None = None,
         constant_speed: bool | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             key=key,
             file=file,
             unit=unit,
@@ -626,8 +615,7 @@ class Camera(Table):
         aperture: Quantity | None = None,
         tilt: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             kind=kind,
             position=position,
             target=target,
@@ -690,8 +678,7 @@ class PerspectiveCamera(Camera):
         stereo: Stereo | None = None,
         path: CameraPath | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             position=position,
             target=target,
             up=up,
@@ -753,8 +740,7 @@ class OrthographicCamera(Camera):
         stereo: Stereo | None = None,
         path: CameraPath | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             position=position,
             target=target,
             up=up,
@@ -819,8 +805,7 @@ class FisheyeCamera(Camera):
         aperture: Quantity | None = None,
         tilt: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             position=position,
             target=target,
             up=up,
@@ -880,8 +865,7 @@ class EquirectangularCamera(Camera):
         stereo: Stereo | None = None,
         path: CameraPath | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             position=position,
             target=target,
             up=up,
@@ -939,8 +923,7 @@ class CubemapCamera(Camera):
         stereo: Stereo | None = None,
         path: CameraPath | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             position=position,
             target=target,
             up=up,
@@ -1001,7 +984,7 @@ class Albedo(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(self, kind=kind, value=value, slope=slope, at=at, file=file, unit=unit, column=column)
+        self._fill(kind=kind, value=value, slope=slope, at=at, file=file, unit=unit, column=column)
 
 
 class ConstantAlbedo(Albedo):
@@ -1022,7 +1005,7 @@ class ConstantAlbedo(Albedo):
     _kind = "constant"
 
     def __init__(self, value: float):
-        Table.__init__(self, value=value)
+        self._fill(value=value)
 
 
 class LinearAlbedo(Albedo):
@@ -1047,7 +1030,7 @@ class LinearAlbedo(Albedo):
     _kind = "linear"
 
     def __init__(self, value: float, *, slope: float | None = None, at: Quantity | None = None):
-        Table.__init__(self, value=value, slope=slope, at=at)
+        self._fill(value=value, slope=slope, at=at)
 
 
 class FileAlbedo(Albedo):
@@ -1072,7 +1055,7 @@ class FileAlbedo(Albedo):
     _kind = "file"
 
     def __init__(self, file: Path, *, unit: str | None = None, column: str | None = None):
-        Table.__init__(self, file=file, unit=unit, column=column)
+        self._fill(file=file, unit=unit, column=column)
 
 
 class Phase(Table):
@@ -1126,7 +1109,7 @@ class Phase(Table):
         alpha: float | None = None,
         file: Path | None = None,
     ):
-        Table.__init__(self, kind=kind, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha, file=file)
+        self._fill(kind=kind, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha, file=file)
 
 
 class IsotropicPhase(Phase):
@@ -1143,7 +1126,7 @@ class IsotropicPhase(Phase):
     _kind = "isotropic"
 
     def __init__(self):
-        Table.__init__(self)
+        self._fill()
 
 
 class HenyeyGreensteinPhase(Phase):
@@ -1177,7 +1160,7 @@ class HenyeyGreensteinPhase(Phase):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(self, g=g, g_file=g_file, unit=unit, column=column)
+        self._fill(g=g, g_file=g_file, unit=unit, column=column)
 
 
 class DrainePhase(Phase):
@@ -1214,7 +1197,7 @@ class DrainePhase(Phase):
         column: str | None = None,
         alpha: float | None = None,
     ):
-        Table.__init__(self, g=g, g_file=g_file, unit=unit, column=column, alpha=alpha)
+        self._fill(g=g, g_file=g_file, unit=unit, column=column, alpha=alpha)
 
 
 class RayleighPhase(Phase):
@@ -1231,7 +1214,7 @@ class RayleighPhase(Phase):
     _kind = "rayleigh"
 
     def __init__(self):
-        Table.__init__(self)
+        self._fill()
 
 
 class TabulatedPhase(Phase):
@@ -1252,7 +1235,7 @@ class TabulatedPhase(Phase):
     _kind = "tabulated"
 
     def __init__(self, file: Path):
-        Table.__init__(self, file=file)
+        self._fill(file=file)
 
 
 class Dust(Table):
@@ -1295,16 +1278,7 @@ class Dust(Table):
         albedo: float | Albedo | None = None,
         phase: Phase | None = None,
     ):
-        Table.__init__(
-            self,
-            density=density,
-            scale=scale,
-            mass_per_h=mass_per_h,
-            law=law,
-            r_v=r_v,
-            albedo=albedo,
-            phase=phase,
-        )
+        self._fill(density=density, scale=scale, mass_per_h=mass_per_h, law=law, r_v=r_v, albedo=albedo, phase=phase)
 
 
 class Star(Table):
@@ -1402,8 +1376,7 @@ class Star(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             kind=kind,
             name=name,
             position=position,
@@ -1490,8 +1463,7 @@ class BlackbodyStar(Star):
         distance: Quantity | None = None,
         magnitude_system: Literal["vega", "ab"] | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             position=position,
             visible=visible,
@@ -1570,8 +1542,7 @@ class StellarStar(Star):
         distance: Quantity | None = None,
         magnitude_system: Literal["vega", "ab"] | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             position=position,
             visible=visible,
@@ -1653,8 +1624,7 @@ class AtmosphereStar(Star):
         magnitude_system: Literal["vega", "ab"] | None = None,
         log_g: float | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             position=position,
             visible=visible,
@@ -1737,8 +1707,7 @@ class PowerLawStar(Star):
         magnitude_system: Literal["vega", "ab"] | None = None,
         reference: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             position=position,
             visible=visible,
@@ -1824,8 +1793,7 @@ class FileStar(Star):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             position=position,
             visible=visible,
@@ -1885,8 +1853,7 @@ class StarTable(Table):
         distance: Quantity | None = None,
         magnitude_system: Literal["vega", "ab"] | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             file=file,
             columns=columns,
             visible=visible,
@@ -1985,8 +1952,7 @@ class Emission(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             kind=kind,
             name=name,
             density=density,
@@ -2059,8 +2025,7 @@ class LinesEmission(Emission):
         continuum_at: Quantity | None = None,
         continuum_exponent: float | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             density=density,
             doppler_fwhm=doppler_fwhm,
@@ -2121,8 +2086,7 @@ class IonEmission(Emission):
         velocity_step: Quantity | None = None,
         abundance: float | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             density=density,
             doppler_fwhm=doppler_fwhm,
@@ -2176,8 +2140,7 @@ class RecombinationEmission(Emission):
         velocity: str | Sequence[str] | None = None,
         velocity_step: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             density=density,
             doppler_fwhm=doppler_fwhm,
@@ -2229,8 +2192,7 @@ class LineListEmission(Emission):
         velocity: str | Sequence[str] | None = None,
         velocity_step: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             density=density,
             doppler_fwhm=doppler_fwhm,
@@ -2288,8 +2250,7 @@ class FileEmission(Emission):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             density=density,
             doppler_fwhm=doppler_fwhm,
@@ -2351,8 +2312,7 @@ class Gas(Table):
         velocity: str | Sequence[str] | None = None,
         velocity_step: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             density=density,
             abundances=abundances,
             voxels=voxels,
@@ -2395,7 +2355,7 @@ class StarField(Table):
         brightest: float | None = None,
         faintest: float | None = None,
     ):
-        Table.__init__(self, seed=seed, density=density, brightest=brightest, faintest=faintest)
+        self._fill(seed=seed, density=density, brightest=brightest, faintest=faintest)
 
 
 class StarCatalogue(Table):
@@ -2445,8 +2405,7 @@ class StarCatalogue(Table):
         catalogue_epoch: float | None = None,
         faintest: float | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             file=file,
             axes=axes,
             magnitude_band=magnitude_band,
@@ -2527,8 +2486,7 @@ class Background(Table):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             kind=kind,
             radiance=radiance,
             wavelength=wavelength,
@@ -2579,8 +2537,7 @@ class BlackbodyBackground(Background):
         catalogue: StarCatalogue | None = None,
         temperature: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             radiance=radiance,
             wavelength=wavelength,
             stars=stars,
@@ -2623,7 +2580,7 @@ class StellarBackground(Background):
         catalogue: StarCatalogue | None = None,
         type: str | None = None,
     ):
-        Table.__init__(self, radiance=radiance, wavelength=wavelength, stars=stars, catalogue=catalogue, type=type)
+        self._fill(radiance=radiance, wavelength=wavelength, stars=stars, catalogue=catalogue, type=type)
 
 
 class AtmosphereBackground(Background):
@@ -2663,8 +2620,7 @@ class AtmosphereBackground(Background):
         temperature: Quantity | None = None,
         log_g: float | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             radiance=radiance,
             wavelength=wavelength,
             stars=stars,
@@ -2711,8 +2667,7 @@ class PowerLawBackground(Background):
         exponent: float | None = None,
         reference: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             radiance=radiance,
             wavelength=wavelength,
             stars=stars,
@@ -2762,8 +2717,7 @@ class FileBackground(Background):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             radiance=radiance,
             wavelength=wavelength,
             stars=stars,
@@ -2809,7 +2763,7 @@ class Detail(Table):
         deviation: float | None = None,
         slope: float | None = None,
     ):
-        Table.__init__(self, seed=seed, octaves=octaves, strength=strength, deviation=deviation, slope=slope)
+        self._fill(seed=seed, octaves=octaves, strength=strength, deviation=deviation, slope=slope)
 
 
 class Spectrograph(Table):
@@ -2847,14 +2801,7 @@ class Spectrograph(Table):
         resolving_power: float | None = None,
         rest_wavelength: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
-            low=low,
-            high=high,
-            count=count,
-            resolving_power=resolving_power,
-            rest_wavelength=rest_wavelength,
-        )
+        self._fill(low=low, high=high, count=count, resolving_power=resolving_power, rest_wavelength=rest_wavelength)
 
 
 class Band(Table):
@@ -2938,8 +2885,7 @@ class Band(Table):
         low: Quantity | None = None,
         high: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             kind=kind,
             name=name,
             counting=counting,
@@ -2981,7 +2927,7 @@ class CatalogueBand(Band):
     _kind = "catalogue"
 
     def __init__(self, name: str, passband: str, *, counting: Literal["energy", "photon"] | None = None):
-        Table.__init__(self, name=name, counting=counting, passband=passband)
+        self._fill(name=name, counting=counting, passband=passband)
 
 
 class FileBand(Band):
@@ -3018,7 +2964,7 @@ class FileBand(Band):
         unit: str | None = None,
         column: str | None = None,
     ):
-        Table.__init__(self, name=name, counting=counting, file=file, unit=unit, column=column)
+        self._fill(name=name, counting=counting, file=file, unit=unit, column=column)
 
 
 class PointsBand(Band):
@@ -3052,7 +2998,7 @@ class PointsBand(Band):
         *,
         counting: Literal["energy", "photon"] | None = None,
     ):
-        Table.__init__(self, name=name, counting=counting, nm=nm, throughput=throughput)
+        self._fill(name=name, counting=counting, nm=nm, throughput=throughput)
 
 
 class TopHatBand(Band):
@@ -3086,7 +3032,7 @@ class TopHatBand(Band):
         *,
         counting: Literal["energy", "photon"] | None = None,
     ):
-        Table.__init__(self, name=name, counting=counting, centre=centre, width=width)
+        self._fill(name=name, counting=counting, centre=centre, width=width)
 
 
 class GaussianBand(Band):
@@ -3120,7 +3066,7 @@ class GaussianBand(Band):
         *,
         counting: Literal["energy", "photon"] | None = None,
     ):
-        Table.__init__(self, name=name, counting=counting, centre=centre, fwhm=fwhm)
+        self._fill(name=name, counting=counting, centre=centre, fwhm=fwhm)
 
 
 class Cos2Band(Band):
@@ -3154,7 +3100,7 @@ class Cos2Band(Band):
         *,
         counting: Literal["energy", "photon"] | None = None,
     ):
-        Table.__init__(self, name=name, counting=counting, centre=centre, half_width=half_width)
+        self._fill(name=name, counting=counting, centre=centre, half_width=half_width)
 
 
 class PolynomialBand(Band):
@@ -3191,7 +3137,7 @@ class PolynomialBand(Band):
         *,
         counting: Literal["energy", "photon"] | None = None,
     ):
-        Table.__init__(self, name=name, counting=counting, coefficients=coefficients, low=low, high=high)
+        self._fill(name=name, counting=counting, coefficients=coefficients, low=low, high=high)
 
 
 class Glare(Table):
@@ -3228,7 +3174,7 @@ class Glare(Table):
         seeing: float | None = None,
         halo: float | None = None,
     ):
-        Table.__init__(self, optics=optics, size=size, rotation=rotation, seeing=seeing, halo=halo)
+        self._fill(optics=optics, size=size, rotation=rotation, seeing=seeing, halo=halo)
 
 
 class Display(Table):
@@ -3276,8 +3222,7 @@ class Display(Table):
         bits: int | None = None,
         glare: Glare | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             palette=palette,
             matrix=matrix,
             balance=balance,
@@ -3326,7 +3271,7 @@ class Observation(Table):
         distance: Quantity | None = None,
         unit: Literal["W m-2 sr-1", "erg s-1 cm-2 arcsec-2", "MJy/sr", "R", "photon s-1 m-2 sr-1", "electron s-1", "mag/arcsec2 AB", "mag/arcsec2 ST", "mag/arcsec2 Vega"] | None = None,
     ):
-        Table.__init__(self, target=target, frame=frame, position_angle=position_angle, distance=distance, unit=unit)
+        self._fill(target=target, frame=frame, position_angle=position_angle, distance=distance, unit=unit)
 
 
 class PointSpread(Table):
@@ -3393,8 +3338,7 @@ class PointSpread(Table):
         hdu: str | None = None,
         pixel_scale: Quantity | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             kind=kind,
             optics=optics,
             vanes=vanes,
@@ -3441,7 +3385,7 @@ class AiryPointSpread(PointSpread):
         vane_width: float | None = None,
         rotation: Quantity | None = None,
     ):
-        Table.__init__(self, optics=optics, vanes=vanes, vane_width=vane_width, rotation=rotation)
+        self._fill(optics=optics, vanes=vanes, vane_width=vane_width, rotation=rotation)
 
 
 class MoffatPointSpread(PointSpread):
@@ -3475,7 +3419,7 @@ class MoffatPointSpread(PointSpread):
         wavelength: Quantity | None = None,
         exponent: float | None = None,
     ):
-        Table.__init__(self, fwhm=fwhm, beta=beta, wavelength=wavelength, exponent=exponent)
+        self._fill(fwhm=fwhm, beta=beta, wavelength=wavelength, exponent=exponent)
 
 
 class GaussianPointSpread(PointSpread):
@@ -3500,7 +3444,7 @@ class GaussianPointSpread(PointSpread):
     _kind = "gaussian"
 
     def __init__(self, fwhm: Quantity, *, wavelength: Quantity | None = None, exponent: float | None = None):
-        Table.__init__(self, fwhm=fwhm, wavelength=wavelength, exponent=exponent)
+        self._fill(fwhm=fwhm, wavelength=wavelength, exponent=exponent)
 
 
 class KernelPointSpread(PointSpread):
@@ -3525,7 +3469,7 @@ class KernelPointSpread(PointSpread):
     _kind = "kernel"
 
     def __init__(self, file: Path, pixel_scale: Quantity, *, hdu: str | None = None):
-        Table.__init__(self, file=file, hdu=hdu, pixel_scale=pixel_scale)
+        self._fill(file=file, hdu=hdu, pixel_scale=pixel_scale)
 
 
 class Instrument(Table):
@@ -3616,8 +3560,7 @@ class Instrument(Table):
         frames: int | None = None,
         seed: int | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             preset=preset,
             aperture=aperture,
             obstruction=obstruction,
@@ -3678,8 +3621,7 @@ class Output(Table):
         precision: Literal["half", "float"] | None = None,
         compression: Literal["none", "rle", "zips", "zip", "piz", "pxr24"] | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             layers=layers,
             channels=channels,
             color_space=color_space,
@@ -3709,7 +3651,7 @@ class PathTracer(Table):
     _path = "method.path"
 
     def __init__(self, *, samples: int | None = None, target_error: float | None = None, seed: int | None = None):
-        Table.__init__(self, samples=samples, target_error=target_error, seed=seed)
+        self._fill(samples=samples, target_error=target_error, seed=seed)
 
 
 class Reference(Table):
@@ -3729,7 +3671,7 @@ class Reference(Table):
     _path = "method.reference"
 
     def __init__(self, *, accuracy: float | None = None):
-        Table.__init__(self, accuracy=accuracy)
+        self._fill(accuracy=accuracy)
 
 
 class Device(Table):
@@ -3749,7 +3691,7 @@ class Device(Table):
     _path = "method.gpu"
 
     def __init__(self, *, on_the_fly: bool | None = None):
-        Table.__init__(self, on_the_fly=on_the_fly)
+        self._fill(on_the_fly=on_the_fly)
 
 
 class Method(Table):
@@ -3827,8 +3769,7 @@ class Method(Table):
         reference: Reference | None = None,
         gpu: Device | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             name=name,
             accuracy=accuracy,
             count=count,
@@ -3881,7 +3822,7 @@ class Animation(Table):
         *,
         interpolation: Literal["catmull_rom", "bezier", "linear", "step"] | None = None,
     ):
-        Table.__init__(self, of=of, times=times, values=values, interpolation=interpolation)
+        self._fill(of=of, times=times, values=values, interpolation=interpolation)
 
 
 class Frames(Table):
@@ -3917,8 +3858,7 @@ class Frames(Table):
         shutter: Quantity | None = None,
         shutter_moments: int | None = None,
     ):
-        Table.__init__(
-            self,
+        self._fill(
             frames_per_second=frames_per_second,
             first_frame=first_frame,
             duration=duration,

@@ -12,7 +12,6 @@ use std::time::{Duration, SystemTime};
 
 use barnard::cache::{Cache, Record};
 use barnard::error::{Error, Result};
-use etcetera::BaseStrategy;
 use spectra::fingerprint::{Digest, Fingerprint};
 
 /// Environment variable with the folder of the cache; `off` for no cache.
@@ -86,7 +85,7 @@ impl DiskCache {
         let folder = match std::env::var_os(FOLDER) {
             Some(folder) if folder == "off" => None,
             Some(folder) if !folder.is_empty() => Some(PathBuf::from(folder)),
-            _ => etcetera::base_strategy::choose_native_strategy().ok().map(|strategy| strategy.cache_dir().join("barnard")),
+            _ => platform_folder().map(|folder| folder.join("barnard")),
         };
         Ok(folder.map(|folder| Self::new(folder, limit)))
     }
@@ -219,6 +218,17 @@ impl Cache for DiskCache {
 /// Errors of [`DiskCache::of_user`].
 pub fn of_user() -> Result<Option<Arc<dyn Cache>>> {
     Ok(DiskCache::of_user()?.map(|cache| Arc::new(cache) as Arc<dyn Cache>))
+}
+
+/// Folder in which programs of the platform keep caches.
+fn platform_folder() -> Option<PathBuf> {
+    let absolute = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let below_home = |path: &str| std::env::home_dir().filter(|home| home.is_absolute()).map(|home| home.join(path));
+    match std::env::consts::OS {
+        "windows" => absolute("LOCALAPPDATA").or_else(|| below_home("AppData/Local")),
+        "macos" => below_home("Library/Caches"),
+        _ => absolute("XDG_CACHE_HOME").or_else(|| below_home(".cache")),
+    }
 }
 
 /// Architecture, and instructions by which results may be rounded otherwise.

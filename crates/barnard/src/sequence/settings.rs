@@ -40,11 +40,11 @@ impl FrameSettings {
         let frames = sequence.frames();
         let first = scene(frames.time(frames.first))?;
         let content = sequence.fingerprint(&first);
-        if let Some(known) = cache.get(stored::KIND, content).and_then(|record| stored::settings(&record, &first.display)) {
-            return Ok(known);
+        if let Some((choices, display)) = cache.get(stored::KIND, content).and_then(|record| stored::settings(&record, &first.display)) {
+            return Ok(Self { choices, display });
         }
         let settings = Self::measured(&pilots, scene, options, control)?;
-        cache.put(stored::KIND, content, &stored::record(&settings));
+        cache.put(stored::KIND, content, &stored::record(&settings.choices, &settings.display));
         Ok(settings)
     }
 

@@ -2,7 +2,6 @@
 
 use spectra::colour::Palette;
 
-use super::FrameSettings;
 use crate::cache::Record;
 use crate::detail::Roughness;
 use crate::image::{Display, Level, ScatteringError, SpatialError, Stepping, UnresolvedStars};
@@ -18,8 +17,8 @@ type SpatialNumbers = (SteppingNumbers, f64, Option<(f64, usize)>, usize, Option
 /// Stepping, star factor, sampled edge, rules, spatial error.
 type Steps = (SteppingNumbers, usize, Option<usize>, (f64, f64), Option<SpatialNumbers>);
 
-/// The settings as a record.
-pub fn record(FrameSettings { choices, display }: &FrameSettings) -> Record {
+/// Choices and display as a record.
+pub fn record(choices: &Choices, display: &Display) -> Record {
     let mut numbers = Vec::new();
     let Choices { stepping, star_factor, sampled_edge, rules, spatial, scattered: (scattered, far_field), roughness } = choices;
     let spatial = spatial.map(|s| (steps(s.stepping), s.error, s.sampling, s.rays, s.unresolved.map(|stars| (stars.error, stars.stars))));
@@ -31,8 +30,8 @@ pub fn record(FrameSettings { choices, display }: &FrameSettings) -> Record {
     Record { numbers, ..Record::default() }
 }
 
-/// The settings of a record; `stated` is the display of the first frame.
-pub fn settings(record: &Record, stated: &Display) -> Option<FrameSettings> {
+/// Choices and display of a record; `stated` is the display of the first frame.
+pub fn settings(record: &Record, stated: &Display) -> Option<(Choices, Display)> {
     let numbers = &mut record.numbers.iter().copied();
     let (stepping, star_factor, sampled_edge, (accuracy, depth), spatial): Steps = Numbers::take(numbers)?;
     let (scattered, far_field): (Option<(f64, f64)>, Option<f64>) = Numbers::take(numbers)?;
@@ -56,7 +55,7 @@ pub fn settings(record: &Record, stated: &Display) -> Option<FrameSettings> {
         roughness: roughness.into_iter().map(|(wavelength_pc, deviation, slope)| Roughness { wavelength_pc, deviation, slope }).collect(),
     };
     let palette = Palette { columns: columns.into_iter().map(|(r, g, b)| [r, g, b]).collect() };
-    Some(FrameSettings { choices, display: Display { palette, balance, black: level_of(black), white: level_of(white), ..stated.clone() } })
+    Some((choices, Display { palette, balance, black: level_of(black), white: level_of(white), ..stated.clone() }))
 }
 
 fn steps(stepping: Stepping) -> SteppingNumbers {
@@ -182,9 +181,9 @@ mod tests {
             roughness: vec![roughness; 2],
         };
         let stated = Display { black: Level::Radiance(1e-9), ..Display::of(&spectra::passband::set("johnson").unwrap()) };
-        let settings_stored = FrameSettings { choices, display: Display { white: Level::Radiance(3e-7), ..stated.clone() } };
-        let whole = record(&settings_stored);
-        assert_eq!(settings(&whole, &stated), Some(settings_stored));
+        let display = Display { white: Level::Radiance(3e-7), ..stated.clone() };
+        let whole = record(&choices, &display);
+        assert_eq!(settings(&whole, &stated), Some((choices, display)));
         for length in 0..whole.numbers.len() {
             assert_eq!(settings(&Record { numbers: whole.numbers[..length].to_vec(), ..Record::default() }, &stated), None, "{length}");
         }

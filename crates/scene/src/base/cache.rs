@@ -6,7 +6,7 @@ use std::fmt::Debug;
 
 use spectra::fingerprint::Fingerprint;
 
-use super::data::Shared;
+use super::shared::Shared;
 
 /// Result of a computation, as numbers and text.
 #[derive(Debug, Clone, PartialEq, Default)]

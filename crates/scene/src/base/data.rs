@@ -4,11 +4,12 @@
 
 use std::borrow::Cow;
 use std::fmt::Debug;
-use std::ops::{Deref, Range};
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
 use spectra::curve::Columns;
 
+pub use super::shared::Shared;
 use crate::blocks::{Blocking, Blocks};
 use crate::cache::Cache;
 use crate::error::{Error, Result};
@@ -87,54 +88,6 @@ impl Numbers {
             Self::Double(values) => values.to_vec(),
             Self::Blocks(blocks) => blocks.values().into_iter().map(f64::from).collect(),
         }
-    }
-}
-
-/// Numbers in memory that nobody changes, and that whoever made them may hold as well: a file's array, or one of
-/// another program that is not copied. A clone is another hold on the same memory.
-pub struct Shared<T: 'static>(Arc<dyn AsRef<[T]> + Send + Sync>);
-
-impl<T> Shared<T> {
-    /// The numbers that `owner` holds; it must give the same slice whenever it is asked.
-    pub fn of(owner: impl AsRef<[T]> + Send + Sync + 'static) -> Self {
-        Self(Arc::new(owner))
-    }
-
-    /// True if another is the same memory.
-    pub fn is(&self, other: &Self) -> bool {
-        std::ptr::eq::<[T]>(&**self, &**other)
-    }
-}
-
-impl<T: Send + Sync> From<Vec<T>> for Shared<T> {
-    fn from(numbers: Vec<T>) -> Self {
-        Self::of(numbers)
-    }
-}
-
-impl<T> Deref for Shared<T> {
-    type Target = [T];
-
-    fn deref(&self) -> &[T] {
-        (*self.0).as_ref()
-    }
-}
-
-impl<T> Clone for Shared<T> {
-    fn clone(&self) -> Self {
-        Self(self.0.clone())
-    }
-}
-
-impl<T: Debug> Debug for Shared<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        (**self).fmt(f)
-    }
-}
-
-impl<T: PartialEq> PartialEq for Shared<T> {
-    fn eq(&self, other: &Self) -> bool {
-        **self == **other
     }
 }
 

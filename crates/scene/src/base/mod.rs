@@ -12,4 +12,5 @@ pub mod memory;
 pub mod place;
 pub mod properties;
 pub mod random;
+pub mod shared;
 pub mod stored;

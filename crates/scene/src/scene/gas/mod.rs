@@ -15,7 +15,8 @@ use spectra::units::{Temperature, Velocity};
 pub use cloud::{GasCloud, IonisingStar};
 pub use ionised::IonisedGas;
 pub use model::Gas;
-pub(super) use model::{Solver, sources};
+pub(super) use model::sources;
+pub(super) use solution::Solver;
 
 use super::{Fields, Loader, Star, emission, fields, star};
 use crate::error::Result;

@@ -6,18 +6,15 @@ use ionisation::atoms::ELEMENTS;
 use ionisation::balance::{Accuracy, Diffuse, Gas as Matter, GasState};
 use ionisation::cloud::Quantity;
 use ionisation::error::IonisationError;
-use ionisation::tracer::RayTracer;
 use spectra::fingerprint::{Digest, Fingerprint};
 use spectra::nebular::recombination_continuum;
 use spectra::passband::Passband;
 use spectra::spectrum::Spectrum;
 use spectra::units::{NumberDensity, Temperature, Velocity};
 
-use super::solution::Solution;
+use super::solution::{Solution, Solver};
 use super::species::Species;
 use super::{ABUNDANCE_SETS, DUST_ABSORPTION, GasCloud, IonisedGas, IonisingStar, TEMPERATURE, VOXELS, ionised};
-use crate::cache::Cache;
-use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, IntoField, Lattice, fingerprint};
 use crate::memory;
@@ -54,15 +51,6 @@ pub struct Gas {
     pub doppler_fwhm: Velocity,
     /// Velocity, which shifts the lines; `None` for gas at rest.
     pub motion: Option<Motion>,
-}
-
-/// Means by which a gas is solved.
-pub(in crate::scene) struct Solver<'a> {
-    pub is_rough: bool,
-    pub memory_limit: u64,
-    pub tracer: Option<&'a dyn RayTracer>,
-    pub cache: Option<&'a dyn Cache>,
-    pub control: &'a Control,
 }
 
 /// Fingerprint of what the glow of a gas depends on beside the gas.

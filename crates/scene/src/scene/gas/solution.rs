@@ -7,11 +7,20 @@ use ionisation::tracer::RayTracer;
 use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::GasCloud;
-use super::model::Solver;
 use crate::cache::{Cache, Record};
+use crate::control::Control;
 
 /// Kind of the records.
 const KIND: &str = "gas";
+
+/// Means by which a gas is solved.
+pub(in crate::scene) struct Solver<'a> {
+    pub is_rough: bool,
+    pub memory_limit: u64,
+    pub tracer: Option<&'a dyn RayTracer>,
+    pub cache: Option<&'a dyn Cache>,
+    pub control: &'a Control,
+}
 
 /// Solution of a cloud: scalars, and an array for each quantity. Each has a record of its own, so that the quantities of one filter
 /// serve another.
