@@ -64,7 +64,7 @@ fn killed_and_concurrent_processes_share_the_cache() {
         assert!(std::fs::read(desk.path(output)).unwrap() == alone, "{output}");
     }
     let info = answer(&desk, &["cache", "info"]);
-    assert!(info.contains("gas") && info.contains("turbulence") && info.contains("limit   4.00 GiB"), "{info}");
+    assert!(info.contains("gas") && info.contains("fields") && info.contains("limit   4.00 GiB"), "{info}");
     assert!(answer(&desk, &["cache", "clear"]).starts_with("removed "));
     assert!(answer(&desk, &["cache", "info"]).contains("used    0 B in 0 records"));
     // Without the cache nothing is stored.
