@@ -9,7 +9,7 @@ use barnard::backend::Renderer;
 use barnard::backend::cpu::Cpu;
 use barnard::cache::{Cache, Record};
 use barnard::control::Control;
-use barnard::fixtures::MemoryCache;
+use barnard::fixtures::{MemoryCache, SMALL_GAS};
 use barnard::image::Image;
 use barnard::plan::{Options, Planner};
 use barnard::scene::{Loader, Scene};
@@ -120,25 +120,6 @@ fn the_least_recently_used_go_first() {
     assert!(cache.get("gas", key("large")).is_none() && cache.get("gas", key("e")).is_some());
 }
 
-const GAS: &str = r#"bands = ["hst-wfc3-f502n", "hst-wfc3-f656n", "hst-wfc3-f673n"]
-[camera]
-kind = "perspective"
-position = "0 0 8 pc"
-field_of_view = "25 deg"
-size = [16, 16]
-[field.cloud]
-kind = "turbulence"
-voxels = 72
-[gas]
-density = "60 * cloud"
-voxels = 16
-[[star]]
-position = "0.1 0 0 pc"
-kind = "blackbody"
-temperature = "40000 K"
-luminosity = "1e5 Lsun"
-"#;
-
 fn parsed(text: &str, cache: Option<Arc<MemoryCache>>) -> Scene {
     let loader = Loader::default().with_cache(cache.map(|cache| cache as Arc<dyn Cache>));
     SceneFile::parse("gas.toml", "gas", text.to_owned(), loader).unwrap().scene
@@ -153,12 +134,14 @@ fn densities(scene: &Scene) -> Vec<(String, Vec<f32>)> {
 #[test]
 fn gas_is_solved_once() {
     let cache = Arc::new(MemoryCache::default());
-    let alone = parsed(GAS, None);
-    let first = parsed(GAS, Some(cache.clone()));
+    let alone = parsed(SMALL_GAS, None);
+    let first = parsed(SMALL_GAS, Some(cache.clone()));
     assert_eq!(cache.counts().0, 0);
-    for text in
-        [GAS.to_owned(), GAS.replace("0 0 8 pc", "3 1 8 pc"), GAS.replace("voxels = 16\n", "voxels = 16\ndoppler_fwhm = \"10 km/s\"\n")]
-    {
+    for text in [
+        SMALL_GAS.to_owned(),
+        SMALL_GAS.replace("0 0 8 pc", "3 1 8 pc"),
+        SMALL_GAS.replace("voxels = 16\n", "voxels = 16\ndoppler_fwhm = \"10 km/s\"\n"),
+    ] {
         let second = parsed(&text, Some(cache.clone()));
         let (hits, misses) = cache.counts();
         assert!(hits > 5 && misses == 0, "{hits} {misses}");
@@ -170,15 +153,17 @@ fn gas_is_solved_once() {
         (gas.escaped.clone(), gas.passes, gas.unsettled, &gas.by),
         (solved.escaped.clone(), solved.passes, solved.unsettled, &solved.by)
     );
-    let fewer = GAS.replace(r#""hst-wfc3-f502n", "#, "");
+    let fewer = SMALL_GAS.replace(r#""hst-wfc3-f502n", "#, "");
     assert_eq!(densities(&parsed(&fewer, Some(cache.clone()))), densities(&parsed(&fewer, None)));
     assert_eq!(cache.counts().1, 0);
-    for other in [GAS.replace("40000 K", "40001 K"), GAS.replace("hst-wfc3-f502n", "johnson-U"), GAS.replace("60 *", "61 *")] {
+    for other in
+        [SMALL_GAS.replace("40000 K", "40001 K"), SMALL_GAS.replace("hst-wfc3-f502n", "johnson-U"), SMALL_GAS.replace("60 *", "61 *")]
+    {
         assert_eq!(densities(&parsed(&other, Some(cache.clone()))), densities(&parsed(&other, None)));
         assert!(cache.counts().1 > 0, "{other}");
     }
     cache.falsify("gas");
-    assert_ne!(densities(&parsed(GAS, Some(cache))), densities(&alone));
+    assert_ne!(densities(&parsed(SMALL_GAS, Some(cache))), densities(&alone));
 }
 
 const SCATTERING: &str = r#"bands = ["johnson-V"]

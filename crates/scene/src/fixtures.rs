@@ -42,6 +42,26 @@ temperature = "12000 K"
 luminosity = "500 Lsun"
 "#;
 
+/// The text of a scene: turbulent gas that a star ionises, 16 × 16 pixels of three narrow bands.
+pub const SMALL_GAS: &str = r#"bands = ["hst-wfc3-f502n", "hst-wfc3-f656n", "hst-wfc3-f673n"]
+[camera]
+kind = "perspective"
+position = "0 0 8 pc"
+field_of_view = "25 deg"
+size = [16, 16]
+[field.cloud]
+kind = "turbulence"
+voxels = 72
+[gas]
+density = "60 * cloud"
+voxels = 16
+[[star]]
+position = "0.1 0 0 pc"
+kind = "blackbody"
+temperature = "40000 K"
+luminosity = "1e5 Lsun"
+"#;
+
 /// The text of a scene: a cloud of dust with a star in it, 16 × 12 pixels of johnson, with other words in place of some.
 pub fn small_cloud(changes: &[(&str, &str)]) -> String {
     let changed = |text: String, (from, to): &(&str, &str)| {

@@ -4,26 +4,9 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::desk::{Desk, barnard};
+use barnard::fixtures::SMALL_GAS;
 
-const GAS: &str = r#"bands = ["hst-wfc3-f656n"]
-[camera]
-kind = "perspective"
-position = "0 0 8 pc"
-field_of_view = "25 deg"
-size = [16, 16]
-[field.cloud]
-kind = "turbulence"
-voxels = 72
-[gas]
-density = "60 * cloud"
-voxels = 16
-[[star]]
-position = "0.1 0 0 pc"
-kind = "blackbody"
-temperature = "40000 K"
-luminosity = "1e5 Lsun"
-"#;
+use super::desk::{Desk, barnard};
 
 fn cached(desk: &Desk, arguments: &[&str]) -> Command {
     let mut command = barnard();
@@ -49,7 +32,7 @@ fn files(folder: &Path) -> usize {
 #[test]
 fn killed_and_concurrent_processes_share_the_cache() {
     let desk = Desk::new();
-    desk.write("gas.toml", GAS.as_bytes());
+    desk.write("gas.toml", SMALL_GAS.as_bytes());
     assert!(barnard().args(["render", "gas.toml", "-o", "alone.npy"]).current_dir(desk.folder.path()).status().unwrap().success());
     let alone = std::fs::read(desk.path("alone.npy")).unwrap();
     for milliseconds in [20, 80, 160, 320, 640] {
@@ -77,7 +60,7 @@ fn killed_and_concurrent_processes_share_the_cache() {
 #[test]
 fn wrong_settings_of_the_cache() {
     let desk = Desk::new();
-    desk.write("gas.toml", GAS.as_bytes());
+    desk.write("gas.toml", SMALL_GAS.as_bytes());
     let output = cached(&desk, &["render", "gas.toml", "-o", "x.npy"]).env("BARNARD_CACHE_SIZE", "-1").output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success() && message.contains("BARNARD_CACHE_SIZE=-1 is no size; give a positive number of GiB"), "{message}");
