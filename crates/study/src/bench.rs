@@ -175,8 +175,6 @@ impl MethodRun<'_> {
                 on = made.map_or_else(|| "".into(), |made| made.report.swept_by);
                 Ok(f64::NAN)
             })?;
-            // The kind of device, or all words where it gave up.
-            let on = if on.starts_with("cpu (") { &on[..] } else { on.split(':').next().unwrap_or_default() };
             let name = format!("bake of many bounces, {on}");
             visit(MethodRow { name, terms: plan.spectral().terms(), seconds, device_seconds, error: None });
         }
