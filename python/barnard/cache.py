@@ -19,7 +19,7 @@ __all__ = ["Usage", "clear", "usage"]
 
 @dataclass(frozen=True)
 class Usage:
-    """What the cache holds."""
+    """Folder, limit and records of the cache."""
 
     #: Folder of the records.
     folder: Path
@@ -35,7 +35,7 @@ class Usage:
 
 
 def usage() -> Usage | None:
-    """What the cache holds; None without a cache."""
+    """Usage of the cache; None without a cache."""
     facts = _barnard.cache_facts()
     if facts is None:
         return None

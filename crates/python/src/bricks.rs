@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 
 use crate::error::raised;
 use crate::image::Image;
-use crate::scene::{Owner, Scene, options};
+use crate::scene::{Owner, Scene, plan_options};
 use crate::work;
 
 type Pair = (usize, usize);
@@ -73,7 +73,7 @@ pub fn densities<'py>(
 ) -> PyResult<Vec<Bound<'py, PyArray1<f32>>>> {
     let grids = work::run(py, None, |control| {
         let bounds = Bounds { low: DVec3::from_array(bounds.0), high: DVec3::from_array(bounds.1) }.checked()?;
-        plan::densities(&scene.0, &Lattice { dims, bounds }, &options(memory_limit)?, control)
+        plan::densities(&scene.0, &Lattice { dims, bounds }, &plan_options(memory_limit)?, control)
     })?;
     Ok(grids.iter().map(|grid| PyArray1::from_vec(py, grid.values().into_owned())).collect())
 }
@@ -96,7 +96,7 @@ impl Whole {
     /// Plans a scene of coarse densities for a volume of `dims` voxels in the same box, cut where bricks begin.
     #[new]
     fn new(py: Python, scene: &Scene, dims: [usize; 3], cuts: [Vec<usize>; 3], memory_limit: u64) -> PyResult<Self> {
-        let options = options(memory_limit).map_err(|error| raised(py, error))?;
+        let options = plan_options(memory_limit).map_err(|error| raised(py, error))?;
         let whole = work::run(py, None, |control| bricks::Whole::new(&scene.0, dims, cuts, &options, control))?;
         Ok(Self { scene: scene.0.clone(), whole })
     }

@@ -18,7 +18,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::error::raised;
 use crate::plan::Plan;
 use crate::report;
-use crate::scene::{Owner, Scene, options as cached_options};
+use crate::scene::{Owner, Scene, plan_options};
 use crate::{open, tree, work};
 
 /// The display that a table describes for pictures of a scene.
@@ -223,7 +223,7 @@ pub fn rendered(
     scene.check_image(memory_limit)?;
     let backends = scene.method.backends.with_properties(options)?;
     let adjusted = barnard::Scene::clone(scene).with_method(barnard::scene::Method { backends, ..scene.method.clone() });
-    let options = cached_options(memory_limit)?;
+    let options = plan_options(memory_limit)?;
     let planned = plan.map(|plan| plan.for_scene(&adjusted, control)).transpose()?;
     let job = match &planned {
         Some(planned) => Job::from(planned),

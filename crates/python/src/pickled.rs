@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use barnard::backend::describe;
-use barnard::image::{Band, ImagePart, Layer, LayerContent, Level, Moment, PixelScale, Plane, PointSource, Samples, SpectralAxis, View};
+use barnard::image::{Band, ImagePart, Layer, LayerContent, Moment, PixelScale, Plane, PointSource, Samples, SpectralAxis, View};
 use barnard::keywords::{Keyword, Value};
 use barnard::observation::InUnit;
 use numpy::{PyArray1, PyArrayMethods};
@@ -82,10 +82,6 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         PixelScale::PlateCarree(step) => (3, step),
         PixelScale::OnCube(step) => (4, step),
     });
-    let level = |level: Level| match level {
-        Level::Auto => None,
-        Level::Radiance(value) => Some(value),
-    };
     let display = &picture.options.display;
     let layer = |stated: &Layer| {
         let content = CONTENTS.iter().position(|content| *content == stated.content).unwrap_or_default();
@@ -110,7 +106,7 @@ pub fn state<'py>(py: Python<'py>, picture: &Image) -> PyResult<Bound<'py, PyAny
         report: report::ReportState::from(&image.report),
         notes: image.notes.clone(),
         keywords: image.keywords.iter().map(words_of).collect(),
-        shown: (display.palette.columns.clone(), display.balance, level(display.black), level(display.white)),
+        shown: (display.palette.columns.clone(), display.balance, display.black.radiance(), display.white.radiance()),
         layers: image.layers.iter().map(layer).collect::<PyResult<_>>()?,
         warnings: picture.warnings.clone(),
     };
@@ -139,12 +135,11 @@ pub fn restored(py: Python, state: &Bound<PyAny>) -> PyResult<Image> {
         return Err(PyValueError::new_err("a picture whose samples do not have its size"));
     }
     let pixel = state.pixel.and_then(|(kind, step)| SCALES.get(kind).map(|scale| scale(step)));
-    let level = |value: Option<f64>| value.map_or(Level::Auto, Level::Radiance);
     let (columns, balance, black, white) = state.shown;
     let image = describe(&scene, &scene.camera, all);
     let mut options = scene.save_options();
     options.display =
-        barnard::image::Display { palette: Palette { columns }, balance, black: level(black), white: level(white), ..options.display };
+        barnard::image::Display { palette: Palette { columns }, balance, black: black.into(), white: white.into(), ..options.display };
     let image = barnard::Image {
         width: state.size.0,
         height: state.size.1,

@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 
 use crate::open;
 use crate::report;
-use crate::scene::{Scene, options};
+use crate::scene::{Scene, plan_options};
 use crate::work;
 
 /// A scene with its plan, and what it states.
@@ -59,7 +59,7 @@ pub fn plan(
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<Plan> {
     work::run(py, progress, |control| {
-        let mut options = options(memory_limit)?;
+        let mut options = plan_options(memory_limit)?;
         let quality = if preview { Quality::Preview } else { Quality::Full };
         if !preview && scene.0.method.bounces > 1 {
             options.sweeper = open::with(backend, &scene.0, |backend| Ok(backend.sweeper()))?;

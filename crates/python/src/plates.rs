@@ -9,7 +9,7 @@ use spectra::units::Wavelength;
 use crate::error::raised;
 use crate::image::Image;
 use crate::plan::Plan;
-use crate::scene::{Scene, options};
+use crate::scene::{Scene, plan_options};
 use crate::work;
 
 /// Plates of a scene, or of a file.
@@ -32,7 +32,8 @@ pub fn plates(
     work::run(py, progress, |control| {
         let wavelength = |text: &str| text.parse::<Wavelength>().map(|length| length.0);
         let range_um = range.map(|(from, to)| Ok::<_, spectra::SpectraError>((wavelength(&from)?, wavelength(&to)?))).transpose()?;
-        barnard::Plates::new(&scene.0, Reach { range_um, dust }, before.map(|plan| &plan.0), &options(memory_limit)?, control).map(Plates)
+        barnard::Plates::new(&scene.0, Reach { range_um, dust }, before.map(|plan| &plan.0), &plan_options(memory_limit)?, control)
+            .map(Plates)
     })
 }
 

@@ -61,7 +61,7 @@ impl Reader {
 }
 
 /// Options of a plan within a memory limit \[bytes\], with the cache of the user.
-pub fn options(memory_limit: u64) -> barnard::Result<Options> {
+pub fn plan_options(memory_limit: u64) -> barnard::Result<Options> {
     Ok(Options::within(memory_limit).with_cache(barnard_files::cache::of_user()?))
 }
 

@@ -13,7 +13,7 @@ use pyo3::types::PyDict;
 
 use crate::image::{Image, rendered};
 use crate::open;
-use crate::scene::{Owner, Reader, Words, options};
+use crate::scene::{Owner, Reader, Words, plan_options};
 use crate::{tree, work};
 
 /// Frames of a scene, what holds for all of them once one was asked for, and what the latest left for the next.
@@ -96,7 +96,7 @@ impl Sequence {
         control: &Control,
     ) -> Result<Image> {
         let frames = self.sequence.frames();
-        let mut options = options(memory_limit)?;
+        let mut options = plan_options(memory_limit)?;
         let first = follower.scene(frames.time(number), control)?;
         if first.method.bounces > 1 {
             options.sweeper = open::with(backend, &first, |backend| Ok(backend.sweeper()))?;

@@ -143,6 +143,10 @@ mod tests {
         assert_eq!(first.to_string().len(), 32);
         // SHA-256 of the empty message begins with e3b0c442 98fc1c14 9afbf4c8 996fb924 (FIPS 180-4).
         assert_eq!(Digest(Sha256::new()).finish().to_string(), "e3b0c44298fc1c149afbf4c8996fb924");
+        // An object is known by more than its address and text, which another run of a program may have again.
+        let (object, mut digest) = (5, Digest::new("object"));
+        let address = std::ptr::from_ref(&object).addr() as u64;
+        assert_ne!(digest.object(&object).finish(), Digest::new("object").integer(address).text("5").finish());
         let many: Vec<f32> = (0..10_000).map(|i| i as f32).collect();
         let mut moved = many.clone();
         moved[9_999] += 1.0;

@@ -32,7 +32,7 @@ pub struct Timings {
 }
 
 impl Timings {
-    /// Those of a program that began at a time, which reports the time of its first picture.
+    /// Timings of a program from its start, which include the first picture.
     pub fn since(began: Instant) -> Self {
         Self { began: Some(began), ..Self::default() }
     }

@@ -4,16 +4,12 @@ use spectra::colour::Palette;
 
 use crate::cache::Record;
 use crate::detail::Roughness;
-use crate::image::{Display, Level, ScatteringError, SpatialError, Stepping, UnresolvedStars};
+use crate::image::{Display, ScatteringError, SpatialError, SpatialNumbers, Stepping, SteppingNumbers};
 use crate::plan::{Choices, RuleTarget};
 
 /// Kind of the records.
 pub const KIND: &str = "frames";
 
-/// Number of the kind of a stepping, and its samples.
-type SteppingNumbers = (usize, f64);
-/// Stepping, error, function samples, rays, stars.
-type SpatialNumbers = (SteppingNumbers, f64, Option<(f64, usize)>, usize, Option<(f64, usize)>);
 /// Stepping, star factor, sampled edge, rules, spatial error.
 type Steps = (SteppingNumbers, usize, Option<usize>, (f64, f64), Option<SpatialNumbers>);
 
@@ -21,12 +17,12 @@ type Steps = (SteppingNumbers, usize, Option<usize>, (f64, f64), Option<SpatialN
 pub fn record(choices: &Choices, display: &Display) -> Record {
     let mut numbers = Vec::new();
     let Choices { stepping, star_factor, sampled_edge, rules, spatial, scattered: (scattered, far_field), roughness } = choices;
-    let spatial = spatial.map(|s| (steps(s.stepping), s.error, s.sampling, s.rays, s.unresolved.map(|stars| (stars.error, stars.stars))));
-    (steps(*stepping), *star_factor, *sampled_edge, (rules.accuracy, rules.depth), spatial).put(&mut numbers);
+    let spatial = spatial.map(SpatialError::to_numbers);
+    (stepping.to_numbers(), *star_factor, *sampled_edge, (rules.accuracy, rules.depth), spatial).put(&mut numbers);
     (scattered.map(|error| (error.spatial, error.angular)), *far_field).put(&mut numbers);
     roughness.iter().map(|r| (r.wavelength_pc, r.deviation, r.slope)).collect::<Vec<_>>().put(&mut numbers);
     display.palette.columns.iter().map(|[r, g, b]| (*r, *g, *b)).collect::<Vec<_>>().put(&mut numbers);
-    (display.balance, level(display.black), level(display.white)).put(&mut numbers);
+    (display.balance, display.black.radiance(), display.white.radiance()).put(&mut numbers);
     Record { numbers, ..Record::default() }
 }
 
@@ -38,52 +34,20 @@ pub fn settings(record: &Record, stated: &Display) -> Option<(Choices, Display)>
     let roughness: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
     let columns: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
     let (balance, black, white): (bool, Option<f64>, Option<f64>) = Numbers::take(numbers)?;
-    let spatial = match spatial {
-        None => None,
-        Some((steps, error, sampling, rays, stars)) => {
-            let unresolved = stars.map(|(error, stars)| UnresolvedStars { error, stars });
-            Some(SpatialError { stepping: stepping_of(steps)?, error, sampling, rays, unresolved })
-        }
-    };
     let choices = Choices {
-        stepping: stepping_of(stepping)?,
+        stepping: Stepping::from_numbers(stepping)?,
         star_factor,
         sampled_edge,
         rules: RuleTarget { accuracy, depth },
-        spatial,
+        spatial: match spatial {
+            Some(numbers) => Some(SpatialError::from_numbers(numbers)?),
+            None => None,
+        },
         scattered: (scattered.map(|(spatial, angular)| ScatteringError { spatial, angular }), far_field),
         roughness: roughness.into_iter().map(|(wavelength_pc, deviation, slope)| Roughness { wavelength_pc, deviation, slope }).collect(),
     };
     let palette = Palette { columns: columns.into_iter().map(|(r, g, b)| [r, g, b]).collect() };
-    Some((choices, Display { palette, balance, black: level_of(black), white: level_of(white), ..stated.clone() }))
-}
-
-fn steps(stepping: Stepping) -> SteppingNumbers {
-    match stepping {
-        Stepping::PerVoxel(samples) => (0, samples),
-        Stepping::Paired(segments) => (1, segments),
-        Stepping::Fixed(samples) => (2, samples as f64),
-    }
-}
-
-fn stepping_of((kind, samples): SteppingNumbers) -> Option<Stepping> {
-    match kind {
-        0 => Some(Stepping::PerVoxel(samples)),
-        1 => Some(Stepping::Paired(samples)),
-        2 => Some(Stepping::Fixed(samples as usize)),
-        _ => None,
-    }
-}
-
-fn level(level: Level) -> Option<f64> {
-    match level {
-        Level::Auto => None,
-        Level::Radiance(radiance) => Some(radiance),
-    }
-}
-
-fn level_of(radiance: Option<f64>) -> Level {
-    radiance.map_or(Level::Auto, Level::Radiance)
+    Some((choices, Display { palette, balance, black: black.into(), white: white.into(), ..stated.clone() }))
 }
 
 /// Value that is stored as numbers in a row.
@@ -159,6 +123,7 @@ tuples! { A B; A B C; A B C D E; }
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::{Level, UnresolvedStars};
 
     /// A record has every number of its settings, and one that is cut or of another kind gives none.
     #[test]

@@ -124,7 +124,7 @@ impl Keyframes {
         keyframes.finished().map_err(|message| section.error("key", message))
     }
 
-    /// Those of a file, whose lengths are in a unit given in parsecs if it states none.
+    /// Keyframes of a file; `unit_pc` is the default unit of length \[pc\].
     pub fn of_file(section: &Section, file: &str, unit_pc: f64, inputs: &Inputs) -> Result<Self> {
         let table = section.wrap("file", inputs.table(file, MAX_ROWS))?;
         let columns = PathColumns::of(&table, &inputs.label(file))?;

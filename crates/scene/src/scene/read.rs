@@ -98,7 +98,9 @@ impl Scene {
             provenance: None,
             inputs: inputs.notes(),
         };
-        spec.with_ionised(ionised, inputs.memory_limit, &loader.control).map_err(|error| placed(error, table))
+        let sources = spec.sources();
+        let species = spec.species(ionised.as_deref(), inputs.memory_limit, &loader.control);
+        species.and_then(|species| spec.derived(ionised, species, sources)).map_err(|error| placed(error, table))
     }
 
     /// Passbands, and the spectrograph whose channels they are.

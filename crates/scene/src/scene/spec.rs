@@ -202,8 +202,8 @@ impl SceneSpec {
 
     /// The scene, with the gas of an earlier scene if nothing that it depends on differs.
     pub(super) fn build_from(self, earlier: Option<&Scene>, memory_limit: u64, control: &Control) -> Result<Scene> {
-        let (ionised_from, species_from) = self.sources();
-        let ionised = match (earlier.filter(|scene| scene.ionised_from == ionised_from), &self.gas) {
+        let sources = self.sources();
+        let ionised = match (earlier.filter(|scene| scene.ionised_from == sources.0), &self.gas) {
             (Some(scene), _) => scene.ionised.clone(),
             (None, None) => None,
             (None, Some(gas)) => {
@@ -211,18 +211,20 @@ impl SceneSpec {
                 Some(Arc::new(gas.ionised_by(&self.stars, &self.bands, &solver)?))
             }
         };
-        if let Some(earlier) = earlier.filter(|scene| scene.species_from == species_from) {
-            let scene = Scene { spec: self, species: earlier.species.clone(), species_from, ionised, ionised_from };
-            scene.check()?;
-            return Ok(scene);
-        }
-        self.with_ionised(ionised, memory_limit, control)
+        let species = match earlier.filter(|scene| scene.species_from == sources.1) {
+            Some(scene) => scene.species.clone(),
+            None => self.species(ionised.as_deref(), memory_limit, control)?,
+        };
+        self.derived(ionised, species, sources)
     }
 
-    /// The scene with the ionised state of its gas.
-    pub(super) fn with_ionised(self, ionised: Option<Arc<IonisedGas>>, memory_limit: u64, control: &Control) -> Result<Scene> {
-        let (ionised_from, species_from) = self.sources();
-        let species = self.species(ionised.as_deref(), memory_limit, control)?;
+    /// The scene with what was derived from these `sources`.
+    pub(super) fn derived(
+        self,
+        ionised: Option<Arc<IonisedGas>>,
+        species: Vec<Emission>,
+        (ionised_from, species_from): (Fingerprint, Fingerprint),
+    ) -> Result<Scene> {
         let scene = Scene { spec: self, species, species_from, ionised, ionised_from };
         scene.check()?;
         Ok(scene)

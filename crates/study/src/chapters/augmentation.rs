@@ -45,7 +45,7 @@ fn curves(name: &str, title: String, ends: (f64, f64), a: f64, range: f64) -> Re
     Ok(Figure { name: name.into(), title, x: Axis::linear("wavelength [µm]"), y: Axis::linear("transmission"), series })
 }
 
-/// A basis of one size for one range, and how far off it is; errors in parts of ‖1‖ unless stated as relative.
+/// A basis of one size for one range, with its errors; unless stated as relative, they are relative to ‖1‖.
 struct MeasuredBasis {
     range: f64,
     size: usize,

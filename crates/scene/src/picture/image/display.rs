@@ -16,6 +16,22 @@ pub enum Level {
     Radiance(f64),
 }
 
+impl Level {
+    /// The radiance, if it is stated [W m⁻² sr⁻¹].
+    pub fn radiance(self) -> Option<f64> {
+        match self {
+            Self::Auto => None,
+            Self::Radiance(radiance) => Some(radiance),
+        }
+    }
+}
+
+impl From<Option<f64>> for Level {
+    fn from(radiance: Option<f64>) -> Self {
+        radiance.map_or(Self::Auto, Self::Radiance)
+    }
+}
+
 /// How radiances become a picture on a display.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Display {

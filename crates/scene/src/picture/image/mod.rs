@@ -17,10 +17,10 @@ pub use display::{Display, Level, Tone};
 pub use glare::Glare;
 pub use layer::{FAR_AWAY, Layer, LayerContent};
 pub use output::{ColourSpace, Compression, LayerChannels, LayerChoice, Output, SaveOptions};
-pub use report::{BandCertificates, DetailReport, PathReport, Report, ScatteringError, SpatialError, UnresolvedStars};
+pub use report::{BandCertificates, DetailReport, PathReport, Report, ScatteringError, SpatialError, SpatialNumbers, UnresolvedStars};
 pub use samples::Samples;
 pub use spectral_axis::SpectralAxis;
-pub use stepping::Stepping;
+pub use stepping::{Stepping, SteppingNumbers};
 
 use crate::error::{Error, Result};
 use crate::keywords::Keyword;

@@ -2,7 +2,7 @@
 
 use spectra::rule::Certificate;
 
-use super::Stepping;
+use super::{Stepping, SteppingNumbers};
 use crate::keywords::{self, Keyword};
 use crate::properties::{Property, Table, Value};
 
@@ -99,7 +99,22 @@ pub struct PathReport {
     pub skipped: u64,
 }
 
+/// Stepping, error, function samples, rays, and stars of a [`SpatialError`].
+pub type SpatialNumbers = (SteppingNumbers, f64, Option<(f64, usize)>, usize, Option<(f64, usize)>);
+
 impl SpatialError {
+    /// The error as numbers, for storage.
+    pub fn to_numbers(self) -> SpatialNumbers {
+        let stars = self.unresolved.map(|stars| (stars.error, stars.stars));
+        (self.stepping.to_numbers(), self.error, self.sampling, self.rays, stars)
+    }
+
+    /// The error of [numbers](Self::to_numbers); `None` for an unknown stepping.
+    pub fn from_numbers((stepping, error, sampling, rays, stars): SpatialNumbers) -> Option<Self> {
+        let unresolved = stars.map(|(error, stars)| UnresolvedStars { error, stars });
+        Some(Self { stepping: Stepping::from_numbers(stepping)?, error, sampling, rays, unresolved })
+    }
+
     /// The larger one of the errors of images and of stars, relative rms.
     pub fn worst(&self) -> f64 {
         self.unresolved.map_or(self.error, |stars| stars.error.max(self.error))

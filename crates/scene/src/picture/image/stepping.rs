@@ -12,7 +12,29 @@ pub enum Stepping {
     Fixed(usize),
 }
 
+/// Number of the kind of a stepping, and its samples.
+pub type SteppingNumbers = (usize, f64);
+
 impl Stepping {
+    /// The stepping as numbers, for storage.
+    pub fn to_numbers(self) -> SteppingNumbers {
+        match self {
+            Stepping::PerVoxel(samples) => (0, samples),
+            Stepping::Paired(segments) => (1, segments),
+            Stepping::Fixed(samples) => (2, samples as f64),
+        }
+    }
+
+    /// The stepping of [numbers](Self::to_numbers); `None` for an unknown kind.
+    pub fn from_numbers((kind, samples): SteppingNumbers) -> Option<Self> {
+        match kind {
+            0 => Some(Stepping::PerVoxel(samples)),
+            1 => Some(Stepping::Paired(samples)),
+            2 => Some(Stepping::Fixed(samples as usize)),
+            _ => None,
+        }
+    }
+
     /// True if segments have a sample in their middle.
     pub fn has_middles(self) -> bool {
         matches!(self, Stepping::Paired(_))

@@ -60,7 +60,7 @@ pub struct Brick<'a> {
     pub place: [usize; 3],
     /// The extinction σ at V [pc⁻¹] of the voxels that [`Relay::needs`] selects.
     pub dust: &'a Grid,
-    /// That of the voxels that [`Relay::border`] selects, for both sides.
+    /// The extinction of the voxels that [`Relay::border`] selects, for both sides.
     pub borders: [Option<&'a Grid>; 2],
 }
 
