@@ -16,7 +16,7 @@ use spectra::fingerprint::{Digest, Fingerprint};
 
 /// Environment variable with the folder of the cache; `off` for no cache.
 pub const FOLDER: &str = "BARNARD_CACHE";
-/// Environment variable with the limit of the cache [GiB].
+/// Environment variable with the limit of the cache in GiB.
 pub const LIMIT: &str = "BARNARD_CACHE_SIZE";
 
 /// Default limit [bytes].
