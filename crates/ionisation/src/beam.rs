@@ -178,7 +178,7 @@ impl<'a> Beam<'a> {
         self.light.ionising_of(&self.photons) <= self.accuracy.used_up * self.all
     }
 
-    /// Begins the next step in a lane: at most a given length [cm] through gas of a given density of hydrogen \[cm⁻³\].
+    /// Begins the next step in a lane: at most a given length \[cm\] through gas of a given density of hydrogen \[cm⁻³\].
     pub fn begin(&mut self, (packet, lane): (&mut Packet, usize), hydrogen: f64, most_cm: f64) {
         // What is neutral goes by the square of the density.
         self.next_cm *= (self.near.hydrogen / hydrogen).powi(2).clamp(1e-6, 1e6);
