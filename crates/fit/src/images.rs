@@ -219,7 +219,7 @@ impl Images {
         let choices = self.choices_for(number, dust_per_pc(scene), control)?;
         let spatial = choices.spatial.map_or(0.0, |spatial| spatial.error);
         if scene.method.bounces > 1 {
-            let planner = Planner::new(&self.options).with_quality(Quality::Chosen(choices));
+            let planner = Planner::new(&self.options).with_quality(Quality::Chosen(Box::new(choices)));
             let plan = planner.plan(scene, self.sets[number].plan.as_ref(), control)?;
             let (image, _) = Renderer::new(&mut cpu::Cpu).render(&plan, control)?;
             let worst =

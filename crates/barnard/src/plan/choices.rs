@@ -5,7 +5,7 @@
 //! those of some plans together, the finest of each; a plan made by them ([`Quality::Chosen`](super::Quality::Chosen)) has no pilots of its own.
 
 use super::spectral::RuleTarget;
-use super::{Plan, Stepping};
+use super::{Fineness, Plan, Stepping};
 use crate::detail::Roughness;
 use crate::image::{ScatteringError, SpatialError};
 
@@ -22,6 +22,8 @@ pub struct Choices {
     pub rules: RuleTarget,
     /// The spatial error that was measured: the worst.
     pub spatial: Option<SpatialError>,
+    /// How finely light that was scattered before is solved; none where it is not.
+    pub scattered_fineness: Option<Fineness>,
     /// The errors of light that was scattered before, and of that of the gathered stars, where they were measured: the worst.
     pub scattered: (Option<ScatteringError>, Option<f64>),
     /// Roughness by which `[detail]` continues each density, the largest of all pilots; empty without `[detail]`. Measured per frame,
@@ -47,6 +49,7 @@ impl Choices {
             sampled_edge: space.sampled_edge(),
             rules: RuleTarget { accuracy: plan.spectral.rule_accuracy, depth: plan.spectral.depth },
             spatial: space.spatial,
+            scattered_fineness: plan.scattered_field.as_ref().map(|field| field.fineness()),
             scattered: plan
                 .scattered_field
                 .as_ref()
@@ -69,6 +72,10 @@ impl Choices {
             sampled_edge: self.sampled_edge.max(other.sampled_edge),
             rules: RuleTarget { accuracy: self.rules.accuracy.min(other.rules.accuracy), depth: self.rules.depth.max(other.rules.depth) },
             spatial,
+            scattered_fineness: match (self.scattered_fineness, other.scattered_fineness) {
+                (Some(a), Some(b)) => Some(a.and(b)),
+                (a, b) => a.or(b),
+            },
             scattered: {
                 let part = |quantity: fn(&ScatteringError) -> f64| {
                     larger(self.scattered.0.as_ref().map(quantity), other.scattered.0.as_ref().map(quantity))
@@ -119,7 +126,7 @@ mod tests {
         let roughness = |quality, power| planned(quality, power).detail.as_ref().unwrap().roughness.clone();
         let choices = Choices::of(&planned(Quality::Full, 1.0));
         let measured = roughness(Quality::Full, 2.0);
-        let shared = roughness(Quality::Chosen(choices.clone()), 2.0);
+        let shared = roughness(Quality::Chosen(Box::new(choices.clone())), 2.0);
         assert!(shared == choices.roughness && measured != shared && measured.len() == 1, "{measured:?} {shared:?}");
         let rougher = choices.and(&Choices { roughness: measured.clone(), ..choices.clone() });
         assert_eq!(rougher.roughness[0].deviation, measured[0].deviation.max(shared[0].deviation));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use spectra::rule;
 
 use super::draft::{Draft, detail};
-use super::multiple_scattering::{self, Fineness, MultipleScattering};
+use super::multiple_scattering::{self, Effort, Fineness, MultipleScattering};
 use super::{Choices, LightField, Options, Plan, Planned, SpatialPlan, SpectralPlan, Stepping, pilots};
 use crate::control::Control;
 use crate::error::Result;
@@ -37,7 +37,7 @@ pub enum Quality {
     /// outside.
     Fixed(usize),
     /// Choices of earlier plans, with the errors that those state.
-    Chosen(Choices),
+    Chosen(Box<Choices>),
 }
 
 /// Maker of [plans](Planned).
@@ -106,12 +106,16 @@ impl<'a> Planner<'a> {
         let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
         let mut draft = Draft { scene, options, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;
-        let stepping = match draft.star_march() {
+        let (stepping, seen) = match draft.star_march() {
             // Nothing is baked that a step could be wrong about.
-            Some(n) => Stepping::Fixed(n),
-            None => pilots::choose(&mut draft, light_field.as_ref(), control)?,
+            Some(n) => (Stepping::Fixed(n), None),
+            None => {
+                let (stepping, seen) = pilots::choose(&mut draft, light_field.as_ref(), control)?;
+                (stepping, Some(seen))
+            }
         };
-        draft.plan(stepping, light_field, before.and_then(|plan| plan.scattered_field.as_deref()), control)
+        let effort = seen.as_ref().map_or(Effort::Chosen(Fineness::UNMEASURED), Effort::Measured);
+        draft.plan((stepping, effort), light_field, before.and_then(|plan| plan.scattered_field.as_deref()), control)
     }
 
     fn preview(&self, scene: &Scene, before: Option<&Plan>, control: &Control) -> Result<Plan> {
@@ -134,7 +138,7 @@ impl<'a> Planner<'a> {
         let detail = detail(scene, &space, &[]);
         let draft = Draft { scene, options, lights: Arc::new(lights), space, spectral: Arc::new(spectral), detail };
         let known = before.and_then(|plan| plan.scattered_field.as_deref());
-        let scattered_field = MultipleScattering::new(&draft, Fineness::PREVIEW, known, control)?;
+        let scattered_field = MultipleScattering::new(&draft, Effort::Preview, known, control)?;
         Ok(Plan { sources: Sources::PREVIEW, ..draft.with(Stepping::PerVoxel(PREVIEW_STEPS), None, scattered_field) })
     }
 
@@ -149,7 +153,7 @@ impl<'a> Planner<'a> {
         let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
         let draft = Draft { scene, options, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;
-        draft.plan(Stepping::Fixed(steps), light_field, None, control)
+        draft.plan((Stepping::Fixed(steps), Effort::Chosen(Fineness::UNMEASURED)), light_field, None, control)
     }
 
     /// Plans by choices that are made already.
@@ -181,7 +185,9 @@ impl<'a> Planner<'a> {
         spectral.check_strength(&lights)?;
         let draft = Draft { scene, options, lights: Arc::new(lights), space, spectral: Arc::new(spectral), detail };
         let light_field = draft.light_field(control)?;
-        let mut plan = draft.plan(choices.stepping, light_field, before.and_then(|plan| plan.scattered_field.as_deref()), control)?;
+        let effort = Effort::Chosen(choices.scattered_fineness.unwrap_or(Fineness::UNMEASURED));
+        let mut plan =
+            draft.plan((choices.stepping, effort), light_field, before.and_then(|plan| plan.scattered_field.as_deref()), control)?;
         if let Some(field) = &mut plan.scattered_field {
             // What was measured of one camera's picture is not said of another's.
             let report = &mut Arc::make_mut(field).report;
@@ -210,15 +216,15 @@ impl Draft<'_> {
         (method.entry.star_depth == StarDepthSource::Marched).then(|| method.steps.unwrap_or(TALK_STEPS))
     }
 
-    /// The plan, once multiple scattering is solved as well, in full.
+    /// The plan, once multiple scattering is solved as well, with this effort.
     fn plan(
         mut self,
-        stepping: Stepping,
+        (stepping, effort): (Stepping, Effort),
         light_field: Option<LightField>,
         before: Option<&MultipleScattering>,
         control: &Control,
     ) -> Result<Plan> {
-        let scattered_field = MultipleScattering::new(&self, Fineness::FULL, before, control)?;
+        let scattered_field = MultipleScattering::new(&self, effort, before, control)?;
         if light_field.is_some() {
             Arc::make_mut(&mut self.space).forget_star_depths(self.scene, self.options, control)?;
         }
@@ -251,7 +257,8 @@ impl Planned {
     /// # Errors
     /// Errors of [`Planner::plan`].
     pub fn scattered_again(&self, options: &Options, control: &Control) -> Result<Option<MultipleScattering>> {
-        let Plan { lights, space, spectral, detail, .. } = self.plan().clone();
-        MultipleScattering::new(&Draft { scene: self.scene(), options, lights, space, spectral, detail }, Fineness::FULL, None, control)
+        let Plan { lights, space, spectral, detail, scattered_field, .. } = self.plan().clone();
+        let effort = Effort::Chosen(scattered_field.map_or(Fineness::UNMEASURED, |field| field.fineness()));
+        MultipleScattering::new(&Draft { scene: self.scene(), options, lights, space, spectral, detail }, effort, None, control)
     }
 }

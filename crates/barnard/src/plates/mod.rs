@@ -163,7 +163,7 @@ impl Plates {
         let range_um = range(scene, reach.range_um)?;
         let marched = one_scattering(scene, range_um, amounts(scene, reach.dust)?)?;
         let (of_plan, of_march) = (control.part(0.0, 0.3), control.part(0.3, 1.0));
-        let quality = choices.map_or(Quality::Full, |choices| Quality::Chosen(choices.clone()));
+        let quality = choices.map_or(Quality::Full, |choices| Quality::Chosen(Box::new(choices.clone())));
         let plan = Planner::new(options).with_quality(quality).plan(marched, before, &of_plan)?;
         let nodes = plan.spectral().common_nodes().unwrap_or_default().to_vec();
         if nodes.len() > MOST_NODES {

@@ -185,7 +185,7 @@ impl Follower {
         let plan = match self.planned.take() {
             Some((known, planned)) if known == inputs => planned.with_scene(scene.into(), control)?,
             before => {
-                let planner = Planner::new(options).with_quality(Quality::Chosen(choices.clone()));
+                let planner = Planner::new(options).with_quality(Quality::Chosen(Box::new(choices.clone())));
                 planner.plan(scene, before.as_ref().map(|(_, planned)| planned), control)?
             }
         };

@@ -5,7 +5,7 @@ use spectra::colour::Palette;
 use crate::cache::Record;
 use crate::detail::Roughness;
 use crate::image::{Display, ScatteringError, SpatialError, SpatialNumbers, Stepping, SteppingNumbers};
-use crate::plan::{Choices, RuleTarget};
+use crate::plan::{Choices, Fineness, RuleTarget};
 
 /// Kind of the records.
 pub const KIND: &str = "frames";
@@ -16,9 +16,11 @@ type Steps = (SteppingNumbers, usize, Option<usize>, (f64, f64), Option<SpatialN
 /// Choices and display as a record.
 pub fn record(choices: &Choices, display: &Display) -> Record {
     let mut numbers = Vec::new();
-    let Choices { stepping, star_factor, sampled_edge, rules, spatial, scattered: (scattered, far_field), roughness } = choices;
+    let Choices { stepping, star_factor, sampled_edge, rules, spatial, scattered_fineness, scattered: (scattered, far_field), roughness } =
+        choices;
     let spatial = spatial.map(SpatialError::to_numbers);
     (stepping.to_numbers(), *star_factor, *sampled_edge, (rules.accuracy, rules.depth), spatial).put(&mut numbers);
+    scattered_fineness.map(|f| (f.cells, (f.directions[0], f.directions[1]), f.degree)).put(&mut numbers);
     (scattered.map(|error| (error.spatial, error.angular)), *far_field).put(&mut numbers);
     roughness.iter().map(|r| (r.wavelength_pc, r.deviation, r.slope)).collect::<Vec<_>>().put(&mut numbers);
     display.palette.columns.iter().map(|[r, g, b]| (*r, *g, *b)).collect::<Vec<_>>().put(&mut numbers);
@@ -30,6 +32,7 @@ pub fn record(choices: &Choices, display: &Display) -> Record {
 pub fn settings(record: &Record, stated: &Display) -> Option<(Choices, Display)> {
     let numbers = &mut record.numbers.iter().copied();
     let (stepping, star_factor, sampled_edge, (accuracy, depth), spatial): Steps = Numbers::take(numbers)?;
+    let fineness: Option<(usize, (usize, usize), usize)> = Numbers::take(numbers)?;
     let (scattered, far_field): (Option<(f64, f64)>, Option<f64>) = Numbers::take(numbers)?;
     let roughness: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
     let columns: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
@@ -43,6 +46,7 @@ pub fn settings(record: &Record, stated: &Display) -> Option<(Choices, Display)>
             Some(numbers) => Some(SpatialError::from_numbers(numbers)?),
             None => None,
         },
+        scattered_fineness: fineness.map(|(cells, (first, others), degree)| Fineness { cells, directions: [first, others], degree }),
         scattered: (scattered.map(|(spatial, angular)| ScatteringError { spatial, angular }), far_field),
         roughness: roughness.into_iter().map(|(wavelength_pc, deviation, slope)| Roughness { wavelength_pc, deviation, slope }).collect(),
     };
@@ -142,6 +146,7 @@ mod tests {
             sampled_edge: None,
             rules: RuleTarget { accuracy: 1e-3, depth: 8.25 },
             spatial: Some(error),
+            scattered_fineness: Some(Fineness::PREVIEW),
             scattered: (Some(ScatteringError { spatial: 0.01, angular: 0.02 }), None),
             roughness: vec![roughness; 2],
         };

@@ -24,6 +24,8 @@ pub struct SweepCells {
     pub lattice: Lattice,
     /// Places along each edge of a cell at which it is asked what it holds.
     samples: [usize; 3],
+    /// σ at V there, cell × place [pc⁻¹].
+    sampled: Vec<f32>,
     /// Mean σ at V [pc⁻¹].
     pub sigma: Vec<f32>,
     /// Dust of less is none [pc⁻¹]: its source function would be one of rounding.
@@ -42,6 +44,24 @@ impl SweepCells {
     /// Cuts the box around the dust, and gas near it, into at most `most` cells along an edge; into whole blocks of
     /// voxels where it can.
     pub fn new(dust: &Grid, gas: &[Grid], most: usize) -> Self {
+        let lattice = Self::lattice(dust, gas, most);
+        // Means of blocks where there are more voxels than places.
+        let block = (lattice.voxel_pc() / dust.lattice().voxel_pc()).min_element() / MAX_SAMPLES as f64;
+        let merged = (block >= 2.0).then(|| dust.merged(block as usize, 1.0));
+        let dust = merged.as_ref().unwrap_or(dust);
+        // Twice as many places where cells do not end with the dust.
+        let oversampled = if lattice.bounds == dust.lattice().bounds { 1.0 } else { 2.0 };
+        let samples = <[f64; 3]>::from(oversampled * lattice.voxel_pc() / dust.lattice().voxel_pc() - 1e-6);
+        let samples = samples.map(|n| (n.ceil() as usize).clamp(1, MAX_SAMPLES));
+        let mut cells = Self { lattice, samples, sampled: Vec::new(), sigma: Vec::new(), least: 0.0 };
+        cells.sampled = cells.samples_of(dust);
+        cells.sigma = cells.means_of(&cells.sampled);
+        cells.least = LEAST * cells.sigma.iter().fold(f32::MIN_POSITIVE / LEAST, |most, s| most.max(*s));
+        cells
+    }
+
+    /// The lattice of the cells of some dust and gas.
+    pub fn lattice(dust: &Grid, gas: &[Grid], most: usize) -> Lattice {
         let dust_bounds = dust.lattice().bounds;
         let reach = AROUND * dust_bounds.size();
         let near = Bounds { low: dust_bounds.low - reach, high: dust_bounds.high + reach };
@@ -57,22 +77,15 @@ impl SweepCells {
             _ => finest / (FINE.min(most) as f64 / along - 1e-6).ceil().max(1.0),
         };
         // Where gas reaches out of flat dust, cells must not be thicker than that.
-        let (fewest, oversampled) = if bounds == dust_bounds { (1, 1.0) } else { (4.min(most), 2.0) };
+        let fewest = if bounds == dust_bounds { 1 } else { 4.min(most) };
         let dims = <[f64; 3]>::from(bounds.size() / edge).map(|n| (n.round() as usize).clamp(fewest, most));
-        let lattice = Lattice { dims, bounds };
-        // Twice as many places where cells do not end with the dust.
-        let samples = <[f64; 3]>::from(oversampled * lattice.voxel_pc() / voxel - 1e-6);
-        let samples = samples.map(|n| (n.ceil() as usize).clamp(1, MAX_SAMPLES));
-        let mut cells = Self { lattice, samples, sigma: Vec::new(), least: 0.0 };
-        cells.sigma = cells.means(dust);
-        cells.least = LEAST * cells.sigma.iter().fold(f32::MIN_POSITIVE / LEAST, |most, s| most.max(*s));
-        cells
+        Lattice { dims, bounds }
     }
 
     /// Cells with these densities.
     #[cfg(test)]
     pub fn of(lattice: Lattice, sigma: Vec<f32>) -> Self {
-        Self { lattice, samples: [1; 3], sigma, least: LEAST }
+        Self { lattice, samples: [1; 3], sampled: sigma.clone(), sigma, least: LEAST }
     }
 
     /// The distances between neighbouring places in a cell [pc].
@@ -89,10 +102,42 @@ impl SweepCells {
         (0..nx * ny * nz).map(move |i| low + spacing * DVec3::new(part(i % nx), part(i / nx % ny), part(i / (nx * ny))))
     }
 
+    /// Places of a cell.
+    fn count(&self) -> usize {
+        self.samples.iter().product()
+    }
+
+    /// A field at the places of all cells, cell × place.
+    fn samples_of(&self, field: &Grid) -> Vec<f32> {
+        let ([nx, ny, _], [sx, sy, sz], count) = (self.lattice.dims, self.samples, self.count());
+        let (low, spacing) = (self.lattice.bounds.low, self.spacing());
+        let mut samples = vec![0.0; self.lattice.cells() * count];
+        let row = |(places, values): &mut (Vec<DVec3>, Vec<f64>), (row, out): (usize, &mut [f32])| {
+            for across in 0..sy * sz {
+                let (y, z) = (row % ny * sy + across % sy, row / ny * sz + across / sy);
+                let place = |x: usize| low + spacing * (DVec3::new(x as f64, y as f64, z as f64) + 0.5);
+                places.clear();
+                places.extend((0..nx * sx).map(place));
+                values.resize(places.len(), 0.0);
+                field.sample(places, values);
+                for (x, value) in values.iter().enumerate() {
+                    out[x / sx * count + across * sx + x % sx] = *value as f32;
+                }
+            }
+        };
+        samples.par_chunks_mut(nx * count).enumerate().for_each_init(Default::default, row);
+        samples
+    }
+
+    /// Means of samples over the cells.
+    fn means_of(&self, samples: &[f32]) -> Vec<f32> {
+        let mean = |cell: &[f32]| (cell.iter().map(|sample| f64::from(*sample)).sum::<f64>() / cell.len() as f64) as f32;
+        samples.par_chunks(self.count()).map(mean).collect()
+    }
+
     /// Means of a field over the cells.
     pub fn means(&self, field: &Grid) -> Vec<f32> {
-        let mean = |cell| self.places(cell).map(|p| field.at(p)).sum::<f64>() / self.samples.iter().product::<usize>() as f64;
-        (0..self.lattice.cells()).into_par_iter().map(|cell| mean(cell) as f32).collect()
+        self.means_of(&self.samples_of(field))
     }
 
     /// Adds moments of the stars' own light, in the mean over the dust of each cell; `direct_sources` are those that a
@@ -102,7 +147,6 @@ impl SweepCells {
     /// On interruption by the user.
     pub fn direct<'a>(
         &self,
-        dust: &Grid,
         direct_sources: impl Fn(usize) -> Vec<DirectSource<'a>> + Sync,
         k: &EightLanes,
         out: &mut Moments,
@@ -121,7 +165,7 @@ impl SweepCells {
                 };
                 let near: SmallVec<[&DirectSource; 8]> = direct_sources.iter().filter(reaches).collect();
                 if !near.is_empty() {
-                    self.starlight(dust, r * row + x, &near, k, sum);
+                    self.starlight(r * row + x, &near, k, sum);
                 }
             }
             Ok(())
@@ -129,17 +173,18 @@ impl SweepCells {
     }
 
     /// Adds the light of some stars in one cell.
-    fn starlight(&self, dust: &Grid, cell: usize, direct_sources: &[&DirectSource], k: &EightLanes, sum: &mut [EightLanes]) {
+    fn starlight(&self, cell: usize, direct_sources: &[&DirectSource], k: &EightLanes, sum: &mut [EightLanes]) {
         let spacing = self.spacing();
-        let sigmas: SmallVec<[f64; 64]> = self.places(cell).map(|place| dust.at(place)).collect();
-        let filled = |sigma: &f64| *sigma > f64::from(self.least);
-        let mass: f64 = sigmas.iter().filter(|s| filled(s)).sum();
-        for (place, sigma) in self.places(cell).zip(&sigmas).filter(|(_, sigma)| filled(sigma)) {
+        let sigmas = &self.sampled[cell * self.count()..][..self.count()];
+        let filled = |sigma: &f32| *sigma > self.least;
+        let mass: f64 = sigmas.iter().filter(|s| filled(s)).map(|s| f64::from(*s)).sum();
+        for (place, sigma) in self.places(cell).zip(sigmas).filter(|(_, sigma)| filled(sigma)) {
+            let sigma = f64::from(*sigma);
             for direct_source in direct_sources {
                 let offset = place - direct_source.place;
                 let part = direct_source.kernel_pc.map_or(1.0, |reach| NearFieldKernel::even(reach).share(offset.length_squared(), 0.0));
                 let near = (part * sigma / mass * inverse_square_of_voxel(offset, spacing)) as f32;
-                let depth = (direct_source.depth)(place, *sigma).max(0.0) as f32;
+                let depth = (direct_source.depth)(place, sigma).max(0.0) as f32;
                 let light: EightLanes = std::array::from_fn(|t| direct_source.sent[t] * near * (-k[t] * depth).exp());
                 // What a star has in the middle of goes everywhere.
                 let count = if (offset / spacing).length() < 0.3 { 1 } else { sum.len() };

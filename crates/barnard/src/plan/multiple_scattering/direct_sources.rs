@@ -22,24 +22,25 @@ pub struct DirectSources {
     pub unit: f32,
 }
 
+/// The radiance that all light of a draft is in parts of: the strongest weight.
+pub fn unit(draft: &Draft) -> f32 {
+    let weights = |light| draft.spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();
+    let extended = draft.lights.iter().enumerate().filter(|(_, l)| !matches!(l.route, Route::Direct { .. } | Route::FieldStar { .. }));
+    let unit = extended.flat_map(|(light, _)| weights(light)).fold(f64::MIN_POSITIVE, |most, w| most.max(w.abs()));
+    (unit as f32).max(f32::MIN_POSITIVE)
+}
+
 impl DirectSources {
-    /// The sources of `terms`, which are those of the draft from number `first` on; `gas` is the density of each
-    /// species in cells.
-    pub fn new(draft: &Draft, first: usize, terms: &[Term], gas: &[Vec<f32>]) -> Self {
+    /// The sources of `terms`, which have these numbers among all of the draft; `gas` is the density of each species in
+    /// cells, without which it does not shine.
+    pub fn new(draft: &Draft, numbers: &[usize], terms: &[Term], gas: &[Vec<f32>]) -> Self {
         let Draft { lights, spectral, space, .. } = draft;
         let all = |light| spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();
-        let extended = lights.iter().enumerate().filter(|(_, l)| !matches!(l.route, Route::Direct { .. } | Route::FieldStar { .. }));
-        let unit = extended.flat_map(|(light, _)| all(light)).fold(f64::MIN_POSITIVE, |most, w| most.max(w.abs()));
-        let mut direct_sources = Self {
-            stars: Vec::new(),
-            many_lights: Vec::new(),
-            glow: None,
-            around: [0.0; WIDTH],
-            unit: (unit as f32).max(f32::MIN_POSITIVE),
-        };
+        let unit = f64::from(unit(draft));
+        let mut direct_sources = Self { stars: Vec::new(), many_lights: Vec::new(), glow: None, around: [0.0; WIDTH], unit: unit as f32 };
         for (light, l) in lights.iter().enumerate() {
             let weights: Vec<f64> = all(light).collect();
-            let weight = |t: usize| weights.get(first + t).map_or(0.0, |w| w / unit);
+            let weight = |t: usize| numbers.get(t).and_then(|number| weights.get(*number)).map_or(0.0, |w| w / unit);
             match l.route {
                 Route::Scattered { star } => {
                     let sent = |t: usize| terms.get(t).map_or(0.0, |term| term.k * term.albedo);
@@ -48,9 +49,10 @@ impl DirectSources {
                         .push((star, std::array::from_fn(|t| if sent(t) > 0.0 { (weight(t) / sent(t)) as f32 } else { 0.0 })));
                 }
                 Route::Emitted { species } => {
+                    let Some(gas) = gas.get(species) else { continue };
                     let weights: EightLanes = std::array::from_fn(|t| weight(t) as f32);
-                    let glow = direct_sources.glow.get_or_insert_with(|| vec![[0.0; WIDTH]; gas[species].len()]);
-                    glow.iter_mut().zip(&gas[species]).for_each(|(glow, density)| (0..WIDTH).for_each(|t| glow[t] += weights[t] * density));
+                    let glow = direct_sources.glow.get_or_insert_with(|| vec![[0.0; WIDTH]; gas.len()]);
+                    glow.iter_mut().zip(gas).for_each(|(glow, density)| (0..WIDTH).for_each(|t| glow[t] += weights[t] * density));
                 }
                 Route::Background => direct_sources.around = std::array::from_fn(|t| weight(t) as f32),
                 Route::Direct { .. } | Route::FieldStar { .. } => {}

@@ -3,14 +3,18 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use spectra::fingerprint::{Digest, Fingerprint};
 
-use super::cells::SweepCells;
 use super::direct_sources::DirectSources;
+use super::eye_source::EyeSource;
 use super::far_field::{FarField, Scattering};
+use super::harmonics::harmonics;
 use super::lanes::{EightLanes, WIDTH};
 use super::moments::Moments;
-use super::term::Term;
+use super::reduction::Reduction;
+use super::refinement::Level;
+use super::term::{Term, scattering};
 use super::view::Viewpoint;
 use crate::control::Control;
 use crate::error::Result;
@@ -22,8 +26,14 @@ use crate::stored::Precision;
 /// A field of scattered light, independent of the eye.
 #[derive(Debug)]
 pub struct Field {
+    /// All terms, eight by eight.
     pub parts: Vec<EightTerms>,
-    pub cells: SweepCells,
+    /// Light that was scattered before, in ever smaller cells; one level at least.
+    pub levels: Vec<Level>,
+    /// The terms that are solved, of which all are sums.
+    pub reduction: Arc<Reduction>,
+    /// The radiance in units of which moments are stored: radiances are so small that faint ones would not be numbers.
+    pub unit: f32,
     /// Stars whose first light is part of it, and how that is scattered.
     pub many_lights: Option<Arc<ManyLights>>,
     pub phase: Option<PhaseTable>,
@@ -35,9 +45,6 @@ pub struct Field {
 #[derive(Debug)]
 pub struct EightTerms {
     pub terms: Vec<Term>,
-    pub solved: Arc<Solved>,
-    /// The radiance in units of which moments are stored: radiances are so small that faint ones would not be numbers.
-    pub unit: f32,
     /// The most that the gathered stars near a ray may add to each term.
     pub near: EightLanes,
     /// The weights that the gathered stars send, without k ω, in parts of the unit.
@@ -55,6 +62,23 @@ pub struct Solved {
     pub settled: bool,
     /// The name of what swept them, and why it was not what should have.
     pub by: Arc<str>,
+}
+
+impl Solved {
+    /// S towards the eye in each cell, Σ_lm Y_lm(n) ω p_l L_lm, in units of the field.
+    pub fn towards(&self, view: Viewpoint) -> Vec<EightLanes> {
+        let (lattice, scattered) = (&self.origin.lattice, scattering(&self.origin.terms));
+        let of_cell = |cell: usize| {
+            let [x, y, z] = lattice.place(cell);
+            let values = harmonics(view.towards(lattice.centre(x, y, z)));
+            let mut light = [0.0; WIDTH];
+            for ((y, moment), scattered) in values.into_iter().zip(self.moments.cell(cell)).zip(&scattered) {
+                (0..WIDTH).for_each(|t| light[t] += y as f32 * scattered[t] * moment[t]);
+            }
+            light
+        };
+        (0..lattice.cells()).into_par_iter().map(of_cell).collect()
+    }
 }
 
 /// Everything that the light of eight terms depends on.
@@ -118,6 +142,26 @@ impl PartialEq for FieldOrigin {
 }
 
 impl Field {
+    /// The finest level, in whose cells the field is.
+    pub fn finest(&self) -> &Level {
+        &self.levels[self.levels.len() - 1]
+    }
+
+    /// The level before, where that is coarser.
+    pub fn coarser(&self) -> Option<&Level> {
+        let before = self.levels.len().checked_sub(2).map(|level| &self.levels[level]);
+        before.filter(|level| level.cells.lattice.dims != self.finest().cells.lattice.dims)
+    }
+
+    /// S of the solved terms towards the eye, in the finest cells.
+    pub fn towards(&self, view: Viewpoint) -> EyeSource {
+        let finest = self.finest().towards(view);
+        match self.coarser() {
+            Some(coarser) => finest.extrapolated(&coarser.towards(view)),
+            None => finest,
+        }
+    }
+
     /// The gathered stars' light, scattered once, in each cell as one eye sees it, part by part; nothing where there
     /// are no such stars.
     pub fn far_field(&self, view: Viewpoint, control: &Control) -> Result<Vec<Moments>> {
@@ -128,7 +172,7 @@ impl Field {
             let (k, albedo) = (four(|term| term.k), four(|term| term.albedo));
             let far_field = FarField { many_lights, sent: &part.sent, k: &k, kernels: &self.kernels };
             let scattering = Scattering { view, phase: self.phase.as_ref(), first: p * WIDTH, terms, albedo };
-            far_field.seen(&self.cells, &scattering, control)
+            far_field.seen(&self.finest().cells, &scattering, control)
         };
         self.parts.iter().enumerate().map(of_part).collect()
     }

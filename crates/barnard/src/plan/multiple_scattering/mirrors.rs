@@ -11,24 +11,23 @@ use glam::DVec3;
 
 use super::beam::Beam;
 use super::harmonics::{COUNT, harmonics};
-use super::lanes::Lanes;
-use crate::packet::fma;
+use crate::packet::{LANES, Lane, fma};
 
 /// Kinds of harmonics: even and odd along the columns and along the rows of a face.
 const KINDS: usize = 4;
 
 /// Beams that are mirror images of each other.
-pub(super) struct Mirrors<const N: usize> {
+pub(super) struct Mirrors {
     /// The number of each beam, and its sign for each kind.
     beams: Vec<(usize, [f32; KINDS])>,
     /// For each kind the numbers of its harmonics, what they scatter into the first beam, and its quadrature weights.
-    kinds: [Vec<MirrorTerm<N>>; KINDS],
+    kinds: [Vec<MirrorTerm>; KINDS],
 }
 
-struct MirrorTerm<const N: usize> {
+struct MirrorTerm {
     number: usize,
     /// The harmonic times what is scattered of it.
-    harmonic: Lanes<N>,
+    harmonic: f32,
     quadrature: f32,
 }
 
@@ -46,10 +45,10 @@ fn kinds(across: (usize, usize)) -> [usize; COUNT] {
     std::array::from_fn(|h| columns[h] + 2 * rows[h])
 }
 
-impl<const N: usize> Mirrors<N> {
+impl Mirrors {
     /// Groups the beams of a face by their directions, with as many harmonics as there are albedos times Legendre moments
     /// ω p_l in `scattering`.
-    pub(super) fn of(beams: &[Beam], towards: &[DVec3], across: (usize, usize), scattering: &[Lanes<N>]) -> Vec<Self> {
+    pub(super) fn of(beams: &[Beam], towards: &[DVec3], across: (usize, usize), scattering: &[f32]) -> Vec<Self> {
         let kinds = kinds(across);
         let alike = |a: &DVec3, b: &DVec3| (a.abs() - b.abs()).abs().max_element() < 1e-9;
         let mut groups: Vec<(usize, Self)> = Vec::new();
@@ -66,7 +65,7 @@ impl<const N: usize> Mirrors<N> {
                 let numbers = (0..scattering.len()).filter(|h| kinds[*h] == kind && y[*h].abs() > 1e-9);
                 let term = |number: usize| MirrorTerm {
                     number,
-                    harmonic: scattering[number].map(|scattered| y[number] * scattered),
+                    harmonic: y[number] * scattering[number],
                     quadrature: beams[b].quadrature[number],
                 };
                 numbers.map(term).collect()
@@ -76,40 +75,42 @@ impl<const N: usize> Mirrors<N> {
         groups.into_iter().map(|(_, group)| group).collect()
     }
 
-    /// Writes Σ Y_lm ω p_l J_lm of every beam, for the moments J_lm of a cell.
+    /// Writes Σ Y_lm ω p_l J_lm of every beam for sixteen cells, whose moments J_lm stand `stride` apart.
     #[inline(always)]
-    pub(super) fn sources(&self, moments: &[Lanes<N>], out: &mut [Lanes<N>]) {
-        let mut sums = [[0.0; N]; KINDS];
+    pub(super) fn sources(&self, moments: &[Lane], stride: usize, out: &mut [Lane]) {
+        let mut sums = [[0.0; LANES]; KINDS];
         for (sum, terms) in sums.iter_mut().zip(&self.kinds) {
             for MirrorTerm { number, harmonic, .. } in terms {
-                for t in 0..N {
-                    sum[t] = fma(harmonic[t], moments[*number][t], sum[t]);
+                let moment = &moments[number * stride];
+                for i in 0..LANES {
+                    sum[i] = fma(*harmonic, moment[i], sum[i]);
                 }
             }
         }
         for (beam, signs) in &self.beams {
-            for t in 0..N {
-                let even = fma(signs[1], sums[1][t], sums[0][t]);
-                out[*beam][t] = even + signs[2] * fma(signs[1], sums[3][t], sums[2][t]);
+            for i in 0..LANES {
+                let even = fma(signs[1], sums[1][i], sums[0][i]);
+                out[*beam][i] = fma(signs[2], fma(signs[1], sums[3][i], sums[2][i]), even);
             }
         }
     }
 
-    /// Adds the radiance of every beam to the moments of a cell.
+    /// Adds the radiance of every beam to the moments of sixteen cells, which stand `stride` apart.
     #[inline(always)]
-    pub(super) fn gather(&self, radiance: &[Lanes<N>], moments: &mut [Lanes<N>]) {
-        let mut sums = [[0.0; N]; KINDS];
+    pub(super) fn gather(&self, radiance: &[Lane], stride: usize, moments: &mut [Lane]) {
+        let mut sums = [[0.0; LANES]; KINDS];
         for (beam, signs) in &self.beams {
             for (sum, sign) in sums.iter_mut().zip(signs) {
-                for t in 0..N {
-                    sum[t] = fma(*sign, radiance[*beam][t], sum[t]);
+                for i in 0..LANES {
+                    sum[i] = fma(*sign, radiance[*beam][i], sum[i]);
                 }
             }
         }
         for (sum, terms) in sums.iter().zip(&self.kinds) {
             for MirrorTerm { number, quadrature, .. } in terms {
-                for t in 0..N {
-                    moments[*number][t] = fma(*quadrature, sum[t], moments[*number][t]);
+                let moment = &mut moments[number * stride];
+                for i in 0..LANES {
+                    moment[i] = fma(*quadrature, sum[i], moment[i]);
                 }
             }
         }
@@ -121,7 +122,6 @@ mod tests {
     use super::super::beam::beam;
     use super::super::cells::SweepCells;
     use super::super::directions::{TOGETHER, across, faces};
-    use super::super::lanes::{EightLanes, WIDTH};
     use super::*;
     use crate::field::Lattice;
     use crate::geometry::Bounds;
@@ -138,20 +138,20 @@ mod tests {
             for face in faces(edge) {
                 let beams: Vec<Beam> = face.directions.iter().map(|d| beam(&cells, &face, d)).collect();
                 let towards: Vec<DVec3> = face.directions.iter().map(|d| d.towards).collect();
-                let scattering: Vec<EightLanes> = (0..count).map(|h| [0.9 - 0.02 * h as f32; WIDTH]).collect();
+                let scattering: Vec<f32> = (0..count).map(|h| 0.9 - 0.02 * h as f32).collect();
                 let mirrors = Mirrors::of(&beams, &towards, across(face.axis), &scattering);
                 assert!(mirrors.len() < beams.len() && mirrors.iter().map(|m| m.beams.len()).sum::<usize>() == beams.len());
-                let mut some = |n: usize| -> Vec<EightLanes> { (0..n).map(|_| [random.uniform() as f32 - 0.5; WIDTH]).collect() };
-                let (moments, radiance) = (some(count), some(beams.len()));
-                let mut sources = [[0.0; WIDTH]; TOGETHER];
-                mirrors.iter().for_each(|m| m.sources(&moments, &mut sources));
-                let mut gathered = vec![[0.0; WIDTH]; count];
-                mirrors.iter().for_each(|m| m.gather(&radiance, &mut gathered));
+                let mut some = |n: usize| -> Vec<Lane> { (0..n).map(|_| [random.uniform() as f32 - 0.5; LANES]).collect() };
+                let (moments, radiance) = (some(2 * count), some(beams.len()));
+                let mut sources = [[0.0; LANES]; TOGETHER];
+                mirrors.iter().for_each(|m| m.sources(&moments, 2, &mut sources));
+                let mut gathered = vec![[0.0; LANES]; 2 * count];
+                mirrors.iter().for_each(|m| m.gather(&radiance, 2, &mut gathered));
                 for (beam, source) in beams.iter().zip(&sources) {
-                    let truth: f32 = (0..count).map(|h| beam.harmonics[h] * scattering[h][3] * moments[h][3]).sum();
+                    let truth: f32 = (0..count).map(|h| beam.harmonics[h] * scattering[h] * moments[2 * h][3]).sum();
                     assert!((source[3] - truth).abs() < 1e-5, "{edge}: {} {truth}", source[3]);
                 }
-                for (h, moment) in gathered.iter().enumerate() {
+                for (h, moment) in gathered.iter().step_by(2).enumerate() {
                     let truth: f32 = beams.iter().zip(&radiance).map(|(beam, radiance)| beam.quadrature[h] * radiance[5]).sum();
                     assert!((moment[5] - truth).abs() < 1e-5, "{edge} {h}: {} {truth}", moment[5]);
                 }

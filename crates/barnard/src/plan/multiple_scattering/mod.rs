@@ -25,6 +25,7 @@ mod beam;
 mod cells;
 mod direct_sources;
 mod directions;
+mod eye_source;
 mod far_field;
 mod field;
 mod harmonics;
@@ -33,9 +34,13 @@ mod lanes;
 mod mirrors;
 mod moments;
 mod neumann_series;
+mod pilot_light;
 mod problem;
 mod processor;
+mod reduction;
+mod refinement;
 mod report;
+mod rows;
 mod solve;
 mod spot_check;
 mod sweep;
@@ -49,21 +54,21 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use self::field::{EightTerms, Field};
-use self::harmonics::{DEGREE, harmonics};
-use self::lanes::{EightLanes, WIDTH};
+use self::lanes::WIDTH;
 use self::moments::Moments;
-use self::problem::{Fitting, Problem};
+pub(in crate::plan) use self::pilot_light::PilotLight;
+use self::problem::Problem;
+pub(in crate::plan) use self::refinement::Effort;
+pub use self::refinement::Fineness;
+use self::refinement::{Refined, Refinement};
 pub use self::report::{FarFieldReport, ScatteringReport};
-use self::solve::{Discretization, Solution};
 use self::spot_check::FirstLight;
-use self::term::scattering;
 use self::view::Viewpoint;
 use super::SpectralPlan;
 use super::draft::Draft;
 use crate::camera::Camera;
 use crate::control::Control;
 use crate::error::Result;
-use crate::image::ScatteringError;
 use crate::plan::many_lights::near_field_kernel::{NearFieldKernel, Profile};
 use crate::scene::Method;
 use crate::volume::{Channel, Volume};
@@ -80,28 +85,6 @@ pub mod ordinates {
     pub use super::sweeper::{Failure, Orders, Sweeper, Transfer};
 }
 
-/// The fineness of a field of scattered light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fineness {
-    /// Most cells along an edge.
-    pub cells: usize,
-    /// Directions along each edge of a cube's face: of light that has scattered once, which comes from near the stars,
-    /// and of all other.
-    pub directions: [usize; 2],
-    /// The highest degree of harmonics.
-    pub degree: usize,
-}
-
-impl Fineness {
-    /// The fineness of pictures that are to be right.
-    pub const FULL: Self = Self { cells: 64, directions: [6, 3], degree: DEGREE };
-    /// The fineness of previews while things move.
-    pub const PREVIEW: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
-}
-
-/// Directions of the field that estimates the error of the full one: fewer of the first order, more of the
-/// others.
-const OTHER: [usize; 2] = [4, 4];
 /// Light of less is none, in parts of the brightest.
 const FAINT: f32 = 1e-15;
 
@@ -117,8 +100,6 @@ pub struct MultipleScattering {
     /// Report of the solution.
     pub report: ScatteringReport,
     field: Arc<Field>,
-    /// The fields by which its error is known: half as fine, and with other directions.
-    halves: Option<Arc<(Self, Self)>>,
     /// The eye for which the volumes hold.
     view: Viewpoint,
 }
@@ -132,65 +113,38 @@ pub(super) fn check(spectral: &SpectralPlan, method: &Method) -> Result<()> {
     bands.try_for_each(|band| problem::nodes(band).map(|_| ()))
 }
 
-/// About the part of the work that a field half as fine takes.
-const HALF_SHARE: f64 = 0.1;
-
 impl MultipleScattering {
     /// The field of a draft for its scene's camera; none where light scatters once and no stars are gathered, or nothing
     /// scatters. What another field was found from is not solved again.
     ///
     /// # Errors
     /// For rules that have no nodes, more memory than is allowed, and on interruption by the user.
-    pub(crate) fn new(draft: &Draft, fineness: Fineness, before: Option<&Self>, control: &Control) -> Result<Option<Self>> {
+    pub(in crate::plan) fn new(draft: &Draft, effort: Effort, before: Option<&Self>, control: &Control) -> Result<Option<Self>> {
         let Some(problem) = Problem::new(draft)? else { return Ok(None) };
-        let Fitting { cells, bytes, coarser } = problem.fitting(fineness)?;
-        let kernels = &problem.kernels(&cells);
+        let reduction = problem.reduction(before, control)?;
+        let refinement = Refinement { problem: &problem, reduction: &reduction, before, control };
+        let Refined { levels, error, coarser, bytes } = refinement.levels(effort)?;
+        let field = Arc::new(problem.field(levels, reduction));
         let view = Viewpoint::of(&draft.scene.camera);
-        // Half as fine, then with other directions too: what that changes says how exact the field is, at a part of its
-        // price.
-        let (halves, begun) = if fineness == Fineness::FULL && problem.scatters_again() {
-            let known = before.and_then(|b| b.halves.as_deref());
-            let half = |fineness: Fineness, before: Option<&Self>, control: &Control| -> Result<Self> {
-                let most = cells.lattice.dims.into_iter().max().unwrap_or(1) / 2;
-                let Solution { field, report } =
-                    problem.solve(Discretization { cells: problem.cells(most.max(1)), fineness, kernels }, before, control)?;
-                Ok(Self::resolved(Arc::new(field), Vec::new(), report, view))
-            };
-            let other = Fineness { directions: OTHER, ..fineness };
-            let solved = half(fineness, known.map(|k| &k.0), &control.part(0.0, HALF_SHARE))?;
-            (Some((solved, half(other, known.map(|k| &k.1), &control.part(HALF_SHARE, 2.0 * HALF_SHARE))?)), 2.0 * HALF_SHARE)
-        } else {
-            (None, 0.0)
-        };
-        let Solution { field, mut report } =
-            problem.solve(Discretization { cells, fineness, kernels }, before, &control.part(begun, 1.0))?;
-        (report.bytes, report.coarser) = (bytes, coarser);
-        let field = Arc::new(field);
         let seen = field.far_field(view, control)?;
-        if let (Some(far_field), Fineness::FULL) = (&mut report.far_field, fineness) {
+        let mut report = ScatteringReport { error_estimate: error, coarser, bytes, ..problem.report(&field) };
+        if let (Some(far_field), Effort::Measured(_)) = (&mut report.far_field, effort) {
             far_field.error =
                 spot_check::error(&FirstLight { field: &field, far: &seen, near: &field.profiles(view), view }, draft, control)?;
         }
-        let halves = halves.filter(|(half, _)| half.field.cells.lattice.dims != field.cells.lattice.dims);
-        let mut made = Self::resolved(field, seen, report, view);
-        made.report.error_estimate = halves.as_ref().map(|(half, other)| {
-            // Of light that was scattered before, alone.
-            let alone = made.field.many_lights.as_ref().map(|_| made.scattered_before());
-            ScatteringError { spatial: half.differs_from(alone.as_ref().unwrap_or(&made)), angular: other.differs_from(half) }
-        });
-        made.halves = halves.map(Arc::new);
-        Ok(Some(made))
+        Ok(Some(Self::resolved(field, seen, report, view)))
     }
 
-    /// Copy of the field without the first light of the gathered stars.
-    fn scattered_before(&self) -> Self {
-        Self::resolved(self.field.clone(), Vec::new(), self.report.clone(), self.view)
+    /// How finely it was solved.
+    pub fn fineness(&self) -> Fineness {
+        self.field.finest().fineness
     }
 
     /// True if the light that was scattered before is shared with another field, and was not solved again.
     pub fn shares(&self, other: &Self) -> bool {
-        let pairs = || self.field.parts.iter().zip(&other.field.parts);
-        self.field.parts.len() == other.field.parts.len() && pairs().all(|(a, b)| Arc::ptr_eq(&a.solved, &b.solved))
+        let solved = |field: &Self| field.field.finest().solved.clone();
+        let (a, b) = (solved(self), solved(other));
+        a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| Arc::ptr_eq(a, b))
     }
 
     /// Copy of the field as `camera` sees it; the same volumes where that sees the same directions.
@@ -203,7 +157,7 @@ impl MultipleScattering {
             return Ok(self.clone());
         }
         let seen = self.field.far_field(view, control)?;
-        Ok(Arc::new(Self { halves: self.halves.clone(), ..Self::resolved(self.field.clone(), seen, self.report.clone(), view) }))
+        Ok(Arc::new(Self::resolved(self.field.clone(), seen, self.report.clone(), view)))
     }
 
     /// The kernels around the gathered stars, within which their light is marched.
@@ -218,27 +172,27 @@ impl MultipleScattering {
 
     /// S of every term towards the eye; `seen` is the far field of the gathered stars, part by part.
     fn resolved(field: Arc<Field>, seen: Vec<Moments>, report: ScatteringReport, view: Viewpoint) -> Self {
-        let cells = &field.cells;
+        let (cells, source) = (&field.finest().cells, field.towards(view));
         let volume = |(p, part): (usize, &EightTerms)| {
             let channels: Vec<Channel> = (0..part.terms.len()).map(|t| Channel::MultipleScattering(p * WIDTH + t)).collect();
             let mut volume = Volume::zeroed(&cells.lattice, channels);
             let (lattice, dims) = (volume.lattice.clone(), cells.lattice.dims);
             let row = lattice.dims[0] * part.terms.len();
-            let scattered = scattering(&part.terms);
+            let shares = field.reduction.shares(p * WIDTH, part.terms.len());
             volume.single_mut().par_chunks_mut(row).enumerate().for_each(|(r, values)| {
                 for (x, out) in values.chunks_exact_mut(part.terms.len()).enumerate() {
                     // The layer around is like the border.
                     let [_, y, z] = lattice.place(r * lattice.dims[0]);
                     let inside = |axis: usize, i: usize| i.saturating_sub(1).min(dims[axis] - 1);
-                    let [x, y, z] = [inside(0, x), inside(1, y), inside(2, z)];
-                    let cell = cells.lattice.index(x, y, z);
-                    if !part.solved.moments.data.is_empty() {
-                        let light = towards(part.solved.moments.cell(cell), &scattered, view.towards(cells.lattice.centre(x, y, z)));
-                        out.iter_mut().zip(light).for_each(|(out, light)| *out = light * part.unit);
+                    let cell = cells.lattice.index(inside(0, x), inside(1, y), inside(2, z));
+                    let mut light = [0.0; WIDTH];
+                    for (share, value) in shares.iter().zip(source.groups.iter().flat_map(|group| group[cell])) {
+                        (0..WIDTH).for_each(|t| light[t] += share[t] * value);
                     }
-                    if let Some(seen) = seen.get(p) {
-                        out.iter_mut().zip(seen.cell(cell)[0]).for_each(|(out, light)| *out += light * part.unit);
-                    }
+                    let seen = seen.get(p).map_or([0.0; WIDTH], |seen| seen.cell(cell)[0]);
+                    // What a series that is cut lets swing below zero is no light.
+                    let all = light.iter().zip(seen).map(|(light, seen)| (light.max(0.0) + seen) * field.unit);
+                    out.iter_mut().zip(all).for_each(|(out, light)| *out = light);
                 }
             });
             volume
@@ -256,37 +210,11 @@ impl MultipleScattering {
         let near = field.parts.iter().flat_map(|part| part.near);
         let largest = largest.iter().zip(near).map(|(cell_light, near)| cell_light + near).collect();
         let profiles = field.profiles(view);
-        Self { volumes, largest, profiles, report, field, halves: None, view }
-    }
-
-    /// Relative rms difference of S from that of a finer field, over the dust of this one's cells.
-    fn differs_from(&self, finer: &Self) -> f64 {
-        let lattice = &self.field.cells.lattice;
-        let of_cell = |(cell, sigma): (usize, &f32)| {
-            let [x, y, z] = lattice.place(cell);
-            let place = lattice.centre(x, y, z);
-            let channels = self.volumes.iter().zip(&finer.volumes).flat_map(|(a, b)| (0..a.channels.len()).map(move |c| (a, b, c)));
-            let pairs = channels.map(|(a, b, c)| (a.at(c, place), b.at(c, place)));
-            let sums = pairs.fold((0.0, 0.0), |(wrong, all), (a, b)| (wrong + (a - b).powi(2), all + b * b));
-            (f64::from(*sigma) * sums.0, f64::from(*sigma) * sums.1)
-        };
-        let (wrong, all) = self.field.cells.sigma.iter().enumerate().map(of_cell).fold((0.0, 0.0), |s, c| (s.0 + c.0, s.1 + c.1));
-        if all > 0.0 { (wrong / all).sqrt() } else { 0.0 }
+        Self { volumes, largest, profiles, report, field, view }
     }
 
     /// The bytes that the field takes.
     pub fn bytes(&self) -> u64 {
         self.report.bytes
     }
-}
-
-/// Σ_lm Y_lm(n) Q_lm, not below zero: what a series that is cut lets swing there is no light.
-fn towards(moments: &[EightLanes], scattered: &[EightLanes], n: DVec3) -> EightLanes {
-    let mut light = [0.0; WIDTH];
-    for ((y, moment), scattered) in harmonics(n).into_iter().zip(moments).zip(scattered) {
-        for t in 0..WIDTH {
-            light[t] += y as f32 * scattered[t] * moment[t];
-        }
-    }
-    light.map(|l| l.max(0.0))
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{self, EightLanes, Lanes, WIDTH};
+use super::lanes::{EightLanes, WIDTH};
 use crate::field::Lattice;
 
 /// Moments that a thread writes together: some pages of memory.
@@ -10,11 +10,11 @@ const TOUCHED_TOGETHER: usize = 1 << 12;
 
 /// Moments of the radiance: cell × harmonic × term.
 #[derive(Debug, Clone)]
-pub struct Moments<const N: usize = WIDTH> {
+pub struct Moments {
     /// The number of harmonics of a cell.
     pub count: usize,
     /// The moments, cell × harmonic × term.
-    pub data: Vec<Lanes<N>>,
+    pub data: Vec<EightLanes>,
 }
 
 impl Moments {
@@ -22,45 +22,29 @@ impl Moments {
     pub fn bytes(cells: usize, count: usize) -> u64 {
         (size_of::<EightLanes>() as u64).saturating_mul(cells as u64).saturating_mul(count as u64)
     }
-}
 
-impl<const N: usize> Moments<N> {
     /// The moments where there is no light.
     pub fn dark(cells: usize, count: usize) -> Self {
-        let mut dark = Self { count, data: vec![[0.0; N]; cells * count] };
+        let mut dark = Self { count, data: vec![[0.0; WIDTH]; cells * count] };
         // Memory that is read before it is written is found twice, and all threads must hear of it.
         dark.darken();
         dark
     }
 
-    /// The moments of the first terms alone, or with others behind them that are dark.
-    pub fn resized<const M: usize>(&self) -> Moments<M> {
-        let mut resized = Moments { count: self.count, data: vec![[0.0; M]; self.data.len()] };
-        resized.data.par_iter_mut().zip(&self.data).with_min_len(TOUCHED_TOGETHER).for_each(|(to, from)| *to = lanes::resized(from));
-        resized
-    }
-
     /// Puts out all light.
     pub fn darken(&mut self) {
-        self.data.par_chunks_mut(TOUCHED_TOGETHER).for_each(|some| some.fill([0.0; N]));
+        self.data.par_chunks_mut(TOUCHED_TOGETHER).for_each(|some| some.fill([0.0; WIDTH]));
     }
 
     /// The moments of a lattice from their numbers; `None` if these are too few or too many.
     pub fn from_flat(data: &[f32], lattice: &Lattice, count: usize) -> Option<Self> {
-        let (data, rest) = data.as_chunks::<N>();
+        let (data, rest) = data.as_chunks::<WIDTH>();
         (rest.is_empty() && data.len() == lattice.cells() * count).then(|| Self { count, data: data.to_vec() })
     }
 
     /// The moments of one cell, harmonic by harmonic.
-    pub fn cell(&self, i: usize) -> &[Lanes<N>] {
+    pub fn cell(&self, i: usize) -> &[EightLanes] {
         &self.data[i * self.count..][..self.count]
-    }
-
-    /// Adds what another has, by a factor for each term.
-    pub fn add(&mut self, other: &Self, factor: &Lanes<N>) {
-        self.data.par_iter_mut().zip(&other.data).with_min_len(4096).for_each(|(value, other)| {
-            (0..N).for_each(|t| value[t] += factor[t] * other[t]);
-        });
     }
 
     /// Adds what another has on a coarser lattice of the same box, trilinearly between its cells.
@@ -78,15 +62,15 @@ impl<const N: usize> Moments<N> {
             let ((y0, y1, fy), (z0, z1, fz)) = (along(1, y), along(2, z));
             let four = [(y0, z0, (1.0 - fy) * (1.0 - fz)), (y1, z0, fy * (1.0 - fz)), (y0, z1, (1.0 - fy) * fz), (y1, z1, fy * fz)];
             line.clear();
-            line.resize(coarse.dims[0] * count, [0.0; N]);
+            line.resize(coarse.dims[0] * count, [0.0; WIDTH]);
             for (y, z, share) in four {
                 let from = &other.data[coarse.index(0, y, z) * count..][..line.len()];
-                line.iter_mut().zip(from).for_each(|(sum, value)| (0..N).for_each(|t| sum[t] += share * value[t]));
+                line.iter_mut().zip(from).for_each(|(sum, value)| (0..WIDTH).for_each(|t| sum[t] += share * value[t]));
             }
             for (moments, (low, high, f)) in out.chunks_exact_mut(count).zip(&columns) {
                 let (low, high) = (&line[low * count..][..count], &line[high * count..][..count]);
                 for ((moment, low), high) in moments.iter_mut().zip(low).zip(high) {
-                    (0..N).for_each(|t| moment[t] += low[t] + f * (high[t] - low[t]));
+                    (0..WIDTH).for_each(|t| moment[t] += low[t] + f * (high[t] - low[t]));
                 }
             }
         });
@@ -102,12 +86,12 @@ impl<const N: usize> Moments<N> {
             let [_, y, z] = fine.place(row * dims[0]);
             for (i, value) in out.iter_mut().enumerate() {
                 let (cell, at) = ([i / count, y, z], row * dims[0] * count + i);
-                let mut second = [0.0; N];
+                let mut second = [0.0; WIDTH];
                 for axis in (0..3).filter(|axis| (1..dims[*axis].max(1) - 1).contains(&cell[*axis])) {
                     let (low, high) = (&before[at - strides[axis]], &before[at + strides[axis]]);
-                    (0..N).for_each(|t| second[t] += low[t] + high[t] - 2.0 * before[at][t]);
+                    (0..WIDTH).for_each(|t| second[t] += low[t] + high[t] - 2.0 * before[at][t]);
                 }
-                (0..N).for_each(|t| value[t] = (value[t] - second[t] / 12.0).max(0.0));
+                (0..WIDTH).for_each(|t| value[t] = (value[t] - second[t] / 12.0).max(0.0));
             }
         });
     }

@@ -10,13 +10,15 @@ use super::moments::Moments;
 use super::processor::Sweepers;
 use super::term::Term;
 use crate::error::{Error, Result};
-use crate::field::Grid;
+use crate::field::{Grid, Lattice};
 use crate::memory;
 use crate::plan::BandPlan;
 use crate::plan::draft::Draft;
 
 /// Fewest cells along the longest edge that are worth it.
 const MIN: usize = 12;
+/// Rows of moments that are made beside those of each term.
+const SCRATCH: usize = 3;
 /// Moments of the phase function that are none.
 const NEGLIGIBLE: f64 = 0.02;
 
@@ -32,11 +34,10 @@ pub struct Problem<'a> {
 
 /// The cells that there is memory for.
 pub struct Fitting {
-    pub cells: SweepCells,
+    /// Most cells along an edge.
+    pub cells: usize,
     /// The bytes of all that is made in them.
     pub bytes: u64,
-    /// True if they are fewer than they should be, to keep to the memory limit.
-    pub coarser: bool,
 }
 
 impl<'a> Problem<'a> {
@@ -63,40 +64,40 @@ impl<'a> Problem<'a> {
         self.draft.scene.method.bounces > 1
     }
 
-    /// As many cells as `fineness` says, or as the memory limit lets be.
+    /// As many cells as `fineness` says, or as the memory limit allows, for a number of terms that are solved.
     ///
     /// # Errors
     /// If even the fewest do not fit.
-    pub fn fitting(&self, fineness: Fineness) -> Result<Fitting> {
+    pub fn fitting(&self, fineness: Fineness, solved: usize) -> Result<Fitting> {
         let Draft { options, space, .. } = self.draft;
         let harmonics = count(self.kept_degree(fineness));
-        let parts = self.terms.len().div_ceil(WIDTH) as u64;
-        // All orders of each part, two orders of one where it is swept, what the march reads, and that as it is
-        // gathered.
-        let orders = if self.scatters_again() { 2 + parts } else { 0 };
-        let gathered = if space.many_lights.is_some() { 2 * parts } else { 0 };
-        let bytes_of = |cells: &SweepCells| {
-            let count = cells.lattice.cells();
-            let field = Moments::bytes(count, harmonics).saturating_mul(orders).saturating_add(4 * (count * self.terms.len()) as u64);
-            let glow = if space.gas().is_empty() { 0 } else { Moments::bytes(count, 1) };
-            // A quarter more for the halves beside it.
-            (field + glow) / 4 * 5 + Moments::bytes(count, 1) * gathered
-        };
+        // Of each cell: all solved orders, what is made of eight terms while they are swept, the aggregated stars' light, and
+        // what the march reads.
+        let sweeping = 4 * (2 * solved.min(WIDTH) + SCRATCH) as u64 * harmonics as u64;
+        let orders = if self.scatters_again() { Moments::bytes(solved.div_ceil(WIDTH) + 1, harmonics) + sweeping } else { 0 };
+        let parts = self.terms.len().div_ceil(WIDTH);
+        let gathered = if space.many_lights.is_some() { Moments::bytes(2 * parts, 1) } else { 0 };
+        let glow = if space.gas().is_empty() { 0 } else { Moments::bytes(1, 1) };
+        let of_cell = orders + gathered + glow + 4 * self.terms.len() as u64;
+        let bytes_of = |edge: usize| of_cell.saturating_mul(self.lattice(edge).cells() as u64);
         let limit = options.memory_limit;
         let mut edge = fineness.cells;
-        let mut cells = self.cells(edge);
-        while bytes_of(&cells) > limit.saturating_sub(space.bytes()) && edge > MIN {
+        while bytes_of(edge) > limit.saturating_sub(space.bytes()) && edge > MIN {
             edge = (3 * edge / 4).max(MIN);
-            cells = self.cells(edge);
         }
-        let bytes = bytes_of(&cells);
+        let bytes = bytes_of(edge);
         memory::check("the multiple-scattering field", space.bytes() + bytes, limit)?;
-        Ok(Fitting { cells, bytes, coarser: edge < fineness.cells })
+        Ok(Fitting { cells: edge, bytes })
     }
 
     /// Cells of the dust, at most `most` along an edge.
     pub fn cells(&self, most: usize) -> SweepCells {
         SweepCells::new(self.dust, self.draft.space.gas(), most)
+    }
+
+    /// The lattice of those cells.
+    pub fn lattice(&self, most: usize) -> Lattice {
+        SweepCells::lattice(self.dust, self.draft.space.gas(), most)
     }
 
     /// The highest degree that any phase function still has something of: moments of the light above it scatter into

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::cells::SweepCells;
-use super::lanes::{EightLanes, Lanes, Powers, WIDTH, resized};
+use super::lanes::{EightLanes, Powers, WIDTH};
 use super::moments::Moments;
-use super::sweep::{Sources, sweep};
+use super::rows::Rows;
+use super::sweep::{Medium, Sources, sweep};
 use super::sweeper::{Failure, Orders, Sweeper, Transfer};
 use crate::control::Control;
 use crate::error::Error;
@@ -20,12 +20,7 @@ impl Sweeper for Processor {
     }
 
     fn start<'a>(&self, transfer: Transfer<'a>, first: Moments) -> Result<Box<dyn Orders + 'a>, Failure> {
-        // A sweep waits for memory: few terms take few lanes.
-        Ok(match transfer.terms {
-            0..=2 => Box::new(OnProcessor::<2>::new(transfer, first)),
-            3..=4 => Box::new(OnProcessor::<4>::new(transfer, first)),
-            _ => Box::new(OnProcessor::<WIDTH>::new(transfer, first)),
-        })
+        Ok(Box::new(OnProcessor::new(transfer, first)))
     }
 }
 
@@ -70,109 +65,113 @@ impl<'a> Sweepers<'a> {
     }
 }
 
-/// Orders of a given number of terms, side by side.
-struct OnProcessor<'a, const N: usize> {
+/// Orders of the terms, one after the other.
+struct OnProcessor<'a> {
     transfer: Transfer<'a>,
-    k: Lanes<N>,
-    scattering: Vec<Lanes<N>>,
-    glow: Option<Vec<Lanes<N>>>,
-    around: Lanes<N>,
-    order: Moments<N>,
-    next: Moments<N>,
-    sum: Moments<N>,
+    medium: Medium<'a>,
+    terms: Vec<TermOrders>,
+    /// The number of harmonics of a cell.
+    count: usize,
     is_first: bool,
 }
 
-impl<'a, const N: usize> OnProcessor<'a, N> {
+/// Orders of one term.
+struct TermOrders {
+    k: f32,
+    scattering: Vec<f32>,
+    glow: Option<Rows>,
+    around: f32,
+    order: Rows,
+    sum: Rows,
+}
+
+impl<'a> OnProcessor<'a> {
     fn new(transfer: Transfer<'a>, first: Moments) -> Self {
-        let (count, order) = (first.count, first.resized());
-        // Two more of the kind are made now: what it was made from goes before.
-        drop(first);
-        let dark = || Moments::dark(transfer.cells.lattice.cells(), count);
-        let all = |lanes: &[EightLanes]| lanes.iter().map(resized).collect();
-        Self {
-            k: resized(transfer.k),
-            scattering: all(transfer.scattering),
-            glow: transfer.glow.map(all),
-            around: resized(transfer.around),
-            order,
-            next: dark(),
-            sum: dark(),
-            is_first: true,
-            transfer,
-        }
+        let dims = transfer.cells.lattice.dims;
+        let term = |t: usize| TermOrders {
+            k: transfer.k[t],
+            scattering: transfer.scattering.iter().map(|scattering| scattering[t]).collect(),
+            glow: transfer.glow.map(|glow| Rows::from_function(dims, 1, |cell, _| glow[cell][t])),
+            around: transfer.around[t],
+            order: Rows::of_term(dims, &first, t),
+            sum: Rows::zeroed(dims, first.count),
+        };
+        let terms = (0..transfer.terms).map(term).collect();
+        Self { medium: Medium::new(transfer.cells), terms, count: first.count, transfer, is_first: true }
     }
 }
 
-impl<const N: usize> Orders for OnProcessor<'_, N> {
+impl Orders for OnProcessor<'_> {
     fn next(&mut self, control: &Control) -> Result<(Powers, Powers), Failure> {
-        let Self { transfer, k, scattering, glow, around, order, next, sum, is_first } = self;
-        let Transfer { cells, faces: [near, far], .. } = *transfer;
-        next.darken();
-        let dark = [0.0; N];
-        let directions = if *is_first { near } else { far };
-        sweep(cells, k, directions, &Sources { scattered: order, scattering, glow: None, around: dark }, next, control)?;
-        if std::mem::take(is_first) && (glow.is_some() || *around != dark) {
-            order.darken();
-            sweep(cells, k, far, &Sources { scattered: order, scattering, glow: glow.as_deref(), around: *around }, next, control)?;
+        let Self { transfer: Transfer { faces: [near, far], .. }, medium, terms, is_first, .. } = self;
+        let (mut last, mut all) = ([0.0; WIDTH], [0.0; WIDTH]);
+        let is_first = std::mem::take(is_first);
+        for (t, term) in terms.iter_mut().enumerate() {
+            let TermOrders { k, scattering, glow, around, order, sum } = term;
+            let mut next = Rows::zeroed(order.dims, order.numbers);
+            let starlight = Sources { k: *k, scattered: order, scattering, glow: None, around: 0.0 };
+            sweep(medium, if is_first { near } else { far }, &starlight, &mut next, control)?;
+            if is_first && (glow.is_some() || *around != 0.0) {
+                let dark = &Rows::zeroed(order.dims, order.numbers);
+                let extended = Sources { scattered: dark, glow: glow.as_ref(), around: *around, ..starlight };
+                sweep(medium, far, &extended, &mut next, control)?;
+            }
+            sum.add(&next, 1.0);
+            *order = next;
+            (last[t], all[t]) = (order.weighted(medium.sigma()), sum.weighted(medium.sigma()));
         }
-        sum.add(next, &[1.0; N]);
-        std::mem::swap(order, next);
-        Ok((power(cells, order), power(cells, sum)))
+        Ok((last, all))
     }
 
     fn sum(self: Box<Self>, last: &EightLanes) -> Result<Moments, Failure> {
-        let Self { mut sum, order, next, .. } = *self;
-        sum.add(&order, &resized(last));
-        drop((order, next));
-        Ok(sum.resized())
+        let mut moments = Moments::dark(self.transfer.cells.lattice.cells(), self.count);
+        for (t, TermOrders { order, mut sum, .. }) in self.terms.into_iter().enumerate() {
+            sum.add(&order, last[t]);
+            sum.write(&mut moments, t);
+        }
+        Ok(moments)
     }
-}
-
-/// The fluence in the dust, for each term.
-fn power<const N: usize>(cells: &SweepCells, moments: &Moments<N>) -> Powers {
-    let mut power = [0.0; WIDTH];
-    for (fluence, sigma) in moments.data.iter().step_by(moments.count).zip(&cells.sigma) {
-        power.iter_mut().zip(fluence).for_each(|(p, m)| *p += f64::from(*sigma) * f64::from(*m));
-    }
-    power
 }
 
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
 
+    use super::super::cells::SweepCells;
     use super::super::directions::faces;
     use super::*;
     use crate::field::Lattice;
     use crate::geometry::Bounds;
 
-    /// The light of two terms does not depend on how many lanes are swept beside them.
+    /// The light of a term does not depend on the terms beside it.
     #[test]
-    fn lanes_are_alone() {
+    fn terms_are_alone() {
         let lattice = Lattice { dims: [6, 5, 7], bounds: Bounds::cube(DVec3::ZERO, 1.0) };
         let count = lattice.cells();
         let cells = SweepCells::of(lattice, (0..count).map(|i| (i % 5) as f32).collect());
-        let mut first = Moments::dark(count, 4);
-        first.data.iter_mut().enumerate().for_each(|(i, m)| m[..2].copy_from_slice(&[(i % 7) as f32, (i % 3) as f32]));
-        let two = |a: f32, b: f32| resized(&[a, b]);
         let (near, far) = (faces(3), faces(2));
-        let transfer = Transfer {
-            cells: &cells,
-            terms: 2,
-            k: &two(1.0, 1.3),
-            faces: [&near, &far],
-            scattering: &[two(0.8, 0.7), two(0.5, 0.4), two(0.5, 0.4), two(0.5, 0.4)],
-            glow: Some(&vec![two(0.1, 0.3); count]),
-            around: &two(0.2, 0.1),
-        };
-        let swept = |mut orders: Box<dyn Orders + '_>| {
+        let swept = |terms: &[usize]| {
+            let of = |values: [f32; 2]| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| values[*term]));
+            let mut first = Moments::dark(count, 4);
+            first.data.iter_mut().enumerate().for_each(|(i, m)| *m = of([(i % 7) as f32, (i % 3) as f32]));
+            let glow = vec![of([0.1, 0.3]); count];
+            let scattering = [of([0.8, 0.7]), of([0.5, 0.4]), of([0.5, 0.4]), of([0.5, 0.4])];
+            let (k, around) = (of([1.0, 1.3]), of([0.2, 0.1]));
+            let transfer = Transfer {
+                cells: &cells,
+                terms: terms.len(),
+                k: &k,
+                faces: [&near, &far],
+                scattering: &scattering,
+                glow: Some(&glow),
+                around: &around,
+            };
+            let mut orders = Processor.start(transfer, first).unwrap();
             let powers: Vec<_> = (0..3).map(|_| orders.next(&Control::default()).unwrap()).collect();
-            (powers, orders.sum(&two(0.5, 0.25)).unwrap().data)
+            (powers[2], orders.sum(&of([0.5, 0.25])).unwrap().data)
         };
-        let narrow = swept(Processor.start(transfer, first.clone()).unwrap());
-        assert!(narrow.0[2].0[0] > narrow.0[2].0[1] && narrow.0[2].0[1] > 0.0 && narrow.0[2].0[2] == 0.0);
-        assert!(narrow == swept(Box::new(OnProcessor::<4>::new(transfer, first.clone()))));
-        assert!(narrow == swept(Box::new(OnProcessor::<WIDTH>::new(transfer, first.clone()))));
+        let (both, second) = (swept(&[0, 1]), swept(&[1]));
+        assert!(both.0.0[0] > both.0.0[1] && both.0.0[1] > 0.0 && both.0.0[2] == 0.0);
+        assert!(both.0.0[1] == second.0.0[0] && both.1.iter().zip(&second.1).all(|(a, b)| a[1] == b[0]));
     }
 }

@@ -9,12 +9,16 @@ use crate::image::ScatteringError;
 pub struct ScatteringReport {
     /// The number of cells along each axis.
     pub cells: [usize; 3],
+    /// The coarser cells from which, and those, it was extrapolated to cells of no size.
+    pub extrapolated_from: Option<[usize; 3]>,
     /// True if the cells are fewer than they should be, to keep to the memory limit.
     pub coarser: bool,
     /// Directions of light: of the first order and of the others.
     pub directions: [usize; 2],
     /// The degree of the harmonics.
     pub degree: usize,
+    /// Terms that were solved, and all, which are sums of those.
+    pub terms: (usize, usize),
     /// Orders of scattering that were swept.
     pub sweeps: usize,
     /// The name of what swept them, and why it was not what should have.
@@ -23,7 +27,7 @@ pub struct ScatteringReport {
     pub series: f64,
     /// True if the orders went as a geometric series in the end.
     pub settled: bool,
-    /// The error of the field for the first camera; none where it was made for a preview.
+    /// The error that the field makes in the picture of the first camera; none where it was not measured.
     pub error_estimate: Option<ScatteringError>,
     /// The first light of the gathered stars, where the field has some.
     pub far_field: Option<FarFieldReport>,
@@ -66,6 +70,7 @@ impl std::fmt::Display for ScatteringReport {
             coarser,
             directions: [first, others],
             degree,
+            terms: (solved, terms),
             sweeps,
             series,
             settled,
@@ -75,9 +80,12 @@ impl std::fmt::Display for ScatteringReport {
         let by = &self.swept_by;
         write!(
             f,
-            "{sweeps} scattering orders computed on {by} in {x} x {y} x {z} cells and {first} directions, then {others}, moments up to degree {degree}, {} MiB",
+            "{sweeps} scattering orders of {solved} of {terms} terms computed on {by} in {x} x {y} x {z} cells and {first} directions, then {others}, moments up to degree {degree}, {} MiB",
             self.bytes >> 20
         )?;
+        if let Some([x, y, z]) = self.extrapolated_from {
+            write!(f, ", extrapolated from {x} x {y} x {z} cells")?;
+        }
         if coarser {
             write!(f, " (limited by memory: raise the memory limit for more cells)")?;
         }
@@ -86,14 +94,14 @@ impl std::fmt::Display for ScatteringReport {
         }
         write!(
             f,
-            ", {:.1} % of this light extrapolated by a geometric series; error of this light: spectral not certified",
+            ", {:.1} % of this light extrapolated by a geometric series; error in the picture: spectral not certified",
             100.0 * series
         )?;
         match error_estimate {
             Some(ScatteringError { spatial, angular }) => {
                 write!(
                     f,
-                    ", spatial about {:.1} %, angular about {:.1} % (from a coarser grid and other directions)",
+                    ", spatial about {:.1} %, angular about {:.1} % (from coarser cells and other directions)",
                     100.0 * spatial,
                     100.0 * angular
                 )?;

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::cells::{DirectSource, SweepCells};
-use super::direct_sources::DirectSources;
+use super::direct_sources::{DirectSources, unit};
 use super::directions::{Face, faces};
 use super::far_field::FarField;
 use super::field::{EightTerms, Field, FieldOrigin, Solved};
@@ -12,10 +14,12 @@ use super::lanes::{EightLanes, WIDTH};
 use super::moments::Moments;
 use super::neumann_series::NeumannSeries;
 use super::problem::Problem;
-use super::processor::{Processor, Sweepers};
+use super::processor::Sweepers;
+use super::reduction::Reduction;
+use super::refinement::{Fineness, Level};
 use super::sweeper::{Failure, Sweeper, Transfer};
-use super::term::scattering;
-use super::{FarFieldReport, Fineness, MultipleScattering, ScatteringReport};
+use super::term::{Term, scattering};
+use super::{FarFieldReport, MultipleScattering, ScatteringReport};
 use crate::cache::{Cache, Record};
 use crate::control::{Control, Stage};
 use crate::error::Result;
@@ -28,88 +32,152 @@ const KIND: &str = "multiple_scattering";
 /// The largest number of sweeps.
 const MAX_SWEEPS: usize = 400;
 
-/// The cells in which a field is solved, and how finely.
-pub struct Discretization<'a> {
-    pub cells: SweepCells,
-    pub fineness: Fineness,
-    /// The kernels around the gathered stars.
-    pub kernels: &'a [NearFieldKernel],
-}
-
-/// A field, and how it was found.
-pub struct Solution {
-    pub field: Field,
-    pub report: ScatteringReport,
-}
+/// The part of the accuracy that fewer terms may cost of each.
+const REDUCTION_SHARE: f64 = 0.1;
 
 impl Problem<'_> {
-    /// The field in some cells; what another was found from is not solved again.
+    /// A solution in cells; what another was found from is not solved again.
     ///
     /// # Errors
     /// If it comes to no number, and on interruption by the user.
-    pub fn solve(&self, discretization: Discretization, before: Option<&MultipleScattering>, control: &Control) -> Result<Solution> {
-        let Discretization { cells, fineness, kernels } = discretization;
-        let space = &*self.draft.space;
-        let glow: Vec<Vec<f32>> = space.gas().iter().map(|gas| cells.means(gas)).collect();
-        let faces = fineness.directions.map(faces);
-        let even: Vec<NearFieldKernel> = kernels.iter().map(|kernel| NearFieldKernel::even(kernel.reach_pc)).collect();
-        let groups = self.terms.len().div_ceil(WIDTH) as f64;
-        let mut parts = Vec::new();
-        for (p, terms) in self.terms.chunks(WIDTH).enumerate() {
-            let none = || Arc::new(Grid::from_lattice(cells.lattice.clone(), Vec::new()));
-            let origin = FieldOrigin {
-                lattice: cells.lattice.clone(),
-                sigma: cells.sigma.clone(),
-                dust: space.dust.clone().unwrap_or_else(none),
-                places: space.stars.clone(),
-                star_factor: space.star_factor,
-                precision: space.precision,
-                kernels: even.clone(),
-                terms: terms.to_vec(),
-                direct_sources: DirectSources::new(self.draft, p * WIDTH, terms, &glow),
-                directions: fineness.directions,
-                harmonics: count(self.kept_degree(fineness)),
-                bounces: self.draft.scene.method.bounces,
-            };
-            let DirectSources { unit, ref many_lights, .. } = origin.direct_sources;
-            let (near, sent) = (self.nearest(&origin), many_lights.clone());
-            let known = before.and_then(|b| b.field.parts.get(p)).filter(|part| part.solved.origin == origin);
-            let solved = match known {
-                Some(part) => part.solved.clone(),
-                None => {
-                    let medium = TermMedium { space, cells: &cells, faces: faces.each_ref().map(|f| &f[..]), origin };
-                    // Previews change too often to be stored.
-                    let cache = self.draft.options.cache.as_deref().filter(|_| fineness.degree == Fineness::FULL.degree);
-                    let part = control.part(p as f64 / groups, (p + 1) as f64 / groups);
-                    Arc::new(medium.stored(cache, &self.sweepers, &part)?)
-                }
-            };
-            parts.push(EightTerms { terms: terms.to_vec(), solved, unit, near, sent });
-        }
-        let report = self.report(&parts, &cells, fineness, kernels);
-        let many_lights = space.many_lights.clone();
-        let phase = self.draft.spectral.phase.as_ref().filter(|_| many_lights.is_some()).cloned();
-        Ok(Solution { field: Field { parts, cells, many_lights, phase, kernels: kernels.to_vec() }, report })
+    pub fn solve(
+        &self,
+        fineness: Fineness,
+        reduction: &Reduction,
+        before: Option<&MultipleScattering>,
+        control: &Control,
+    ) -> Result<Level> {
+        let cells = self.cells(fineness.cells.max(1));
+        let groups: Vec<&[usize]> = if self.scatters_again() { reduction.solved.chunks(WIDTH).collect() } else { Vec::new() };
+        let (glow, kernels) = (self.glow(&cells), self.kernels(&cells));
+        let solve = |(g, numbers): (usize, &&[usize])| {
+            let part = control.part(g as f64 / groups.len() as f64, (g + 1) as f64 / groups.len() as f64);
+            let known = before.into_iter().flat_map(|before| before.field.levels.iter().flat_map(|level| &level.solved));
+            self.solved(self.origin((&cells, fineness, &kernels), numbers, &glow), &cells, fineness, known, &part)
+        };
+        let solved = groups.iter().enumerate().map(solve).collect::<Result<Vec<_>>>()?;
+        Ok(Level { cells, fineness, solved })
     }
 
-    /// Tells how the parts of a field were found.
-    fn report(&self, parts: &[EightTerms], cells: &SweepCells, fineness: Fineness, kernels: &[NearFieldKernel]) -> ScatteringReport {
+    /// The field of some levels.
+    pub fn field(&self, levels: Vec<Level>, reduction: Arc<Reduction>) -> Field {
+        let finest = &levels[levels.len() - 1];
+        let many_lights = self.draft.space.many_lights.clone();
+        let part = |(p, terms): (usize, &[Term])| {
+            let numbers: Vec<usize> = (p * WIDTH..p * WIDTH + terms.len()).collect();
+            // Stars that are gathered are seen by each term for itself.
+            let gathered = many_lights.as_ref().map(|_| DirectSources::new(self.draft, &numbers, terms, &[]));
+            let near = gathered.as_ref().map_or([0.0; WIDTH], |sources| self.nearest(terms, sources));
+            EightTerms { terms: terms.to_vec(), near, sent: gathered.map_or_else(Vec::new, |sources| sources.many_lights) }
+        };
+        let parts = self.terms.chunks(WIDTH).enumerate().map(part).collect();
+        let phase = self.draft.spectral.phase.as_ref().filter(|_| many_lights.is_some()).cloned();
+        let kernels = self.kernels(&finest.cells);
+        Field { parts, reduction, unit: unit(self.draft), many_lights, phase, kernels, levels }
+    }
+
+    /// The terms whose sums are all terms within a part of the accuracy, found on a coarse lattice.
+    ///
+    /// # Errors
+    /// If a coarse solution comes to no number, and on interruption by the user.
+    pub fn reduction(&self, before: Option<&MultipleScattering>, control: &Control) -> Result<Arc<Reduction>> {
+        if !self.scatters_again() || Reduction::is_needless(self.terms.len()) {
+            return Ok(Arc::new(Reduction::none(self.terms.len())));
+        }
+        let (fineness, cells) = (Fineness::REDUCING, self.cells(Fineness::REDUCING.cells));
+        let (glow, kernels) = (self.glow(&cells), self.kernels(&cells));
+        let numbers: Vec<usize> = (0..self.terms.len()).collect();
+        let known = before.map(|b| &b.field.reduction);
+        let solve = |(g, numbers): (usize, &[usize])| {
+            let known = known.and_then(|reduction| reduction.coarse.get(g)).into_iter();
+            self.solved(self.origin((&cells, fineness, &kernels), numbers, &glow), &cells, fineness, known, &control.part(0.0, 0.0))
+        };
+        let groups: Vec<(usize, &[usize])> = numbers.chunks(WIDTH).enumerate().collect();
+        let solved = groups.into_par_iter().map(solve).collect::<Result<Vec<_>>>()?;
+        let allowed = REDUCTION_SHARE * self.draft.scene.method.accuracy;
+        let is_known = |reduction: &&Arc<Reduction>| {
+            reduction.allowed == allowed
+                && reduction.coarse.len() == solved.len()
+                && reduction.coarse.iter().zip(&solved).all(|(a, b)| Arc::ptr_eq(a, b))
+        };
+        Ok(match known.filter(is_known) {
+            Some(reduction) => reduction.clone(),
+            None => Arc::new(Reduction::new(solved, &cells, allowed)),
+        })
+    }
+
+    /// The mean density of each gas in cells.
+    fn glow(&self, cells: &SweepCells) -> Vec<Vec<f32>> {
+        self.draft.space.gas().iter().map(|gas| cells.means(gas)).collect()
+    }
+
+    /// All that the light of some terms depends on.
+    fn origin(
+        &self,
+        (cells, fineness, kernels): (&SweepCells, Fineness, &[NearFieldKernel]),
+        numbers: &[usize],
+        glow: &[Vec<f32>],
+    ) -> FieldOrigin {
+        let space = &*self.draft.space;
+        let none = || Arc::new(Grid::from_lattice(cells.lattice.clone(), Vec::new()));
+        let terms: Vec<Term> = numbers.iter().map(|number| self.terms[*number]).collect();
+        FieldOrigin {
+            lattice: cells.lattice.clone(),
+            sigma: cells.sigma.clone(),
+            dust: space.dust.clone().unwrap_or_else(none),
+            places: space.stars.clone(),
+            star_factor: space.star_factor,
+            precision: space.precision,
+            kernels: kernels.iter().map(|kernel| NearFieldKernel::even(kernel.reach_pc)).collect(),
+            direct_sources: DirectSources::new(self.draft, numbers, &terms, glow),
+            terms,
+            directions: fineness.directions,
+            harmonics: count(self.kept_degree(fineness)),
+            bounces: self.draft.scene.method.bounces,
+        }
+    }
+
+    /// Light of an origin: that which is known, that of the cache, or a new solution.
+    fn solved<'b>(
+        &self,
+        origin: FieldOrigin,
+        cells: &SweepCells,
+        fineness: Fineness,
+        mut known: impl Iterator<Item = &'b Arc<Solved>>,
+        control: &Control,
+    ) -> Result<Arc<Solved>> {
+        if let Some(known) = known.find(|known| known.origin == origin) {
+            return Ok(known.clone());
+        }
+        let faces = fineness.directions.map(faces);
+        let medium = TermMedium { space: &self.draft.space, cells, faces: faces.each_ref().map(|f| &f[..]), origin };
+        // Fields of previews change too often to be stored.
+        let is_preview = (fineness.directions, fineness.degree) == (Fineness::PREVIEW.directions, Fineness::PREVIEW.degree);
+        let cache = self.draft.options.cache.as_deref().filter(|_| !is_preview);
+        medium.stored(cache, &self.sweepers, control).map(Arc::new)
+    }
+
+    /// Tells how a field was found.
+    pub fn report(&self, field: &Field) -> ScatteringReport {
+        let (finest, solved) = (field.finest(), || field.levels.iter().flat_map(|level| &level.solved));
         let mut swept_by: Vec<&str> = Vec::new();
-        for part in parts {
-            if !swept_by.contains(&&*part.solved.by) {
-                swept_by.push(&part.solved.by);
+        for solved in solved() {
+            if !swept_by.contains(&&*solved.by) {
+                swept_by.push(&solved.by);
             }
         }
-        let reaches = || kernels.iter().map(|kernel| kernel.reach_pc);
+        let reaches = || field.kernels.iter().map(|kernel| kernel.reach_pc);
         ScatteringReport {
-            cells: cells.lattice.dims,
+            cells: finest.cells.lattice.dims,
+            extrapolated_from: field.coarser().map(|level| level.cells.lattice.dims),
             coarser: false,
-            directions: fineness.directions.map(|edge| faces(edge).iter().map(|f| f.directions.len()).sum()),
-            degree: self.kept_degree(fineness),
-            sweeps: parts.iter().map(|part| part.solved.sweeps).max().unwrap_or(0),
+            directions: finest.fineness.directions.map(|edge| faces(edge).iter().map(|f| f.directions.len()).sum()),
+            degree: self.kept_degree(finest.fineness),
+            terms: (field.reduction.solved.len(), self.terms.len()),
+            sweeps: solved().map(|solved| solved.sweeps).max().unwrap_or(0),
             swept_by: swept_by.join(" and ").into(),
-            series: parts.iter().map(|part| part.solved.series).fold(0.0, f64::max),
-            settled: parts.iter().all(|part| part.solved.settled),
+            series: solved().map(|solved| solved.series).fold(0.0, f64::max),
+            settled: solved().all(|solved| solved.settled),
             error_estimate: None,
             far_field: self.draft.space.many_lights.as_ref().map(|many_lights| FarFieldReport {
                 stars: many_lights.stars.len(),
@@ -123,17 +191,13 @@ impl Problem<'_> {
 
     /// The most that the brightest gathered star sends along a ray that passes it at a quarter of a voxel, ∫ σ ds/r²
     /// being less than σ π/b: about what may lie behind a ray's end.
-    fn nearest(&self, origin: &FieldOrigin) -> EightLanes {
-        let sources = &origin.direct_sources;
-        if sources.many_lights.is_empty() {
-            return [0.0; WIDTH];
-        }
+    fn nearest(&self, terms: &[Term], sources: &DirectSources) -> EightLanes {
         let densest = f64::from(self.dust.densest());
         let spectral = &self.draft.spectral;
         let phase = spectral.phase_factor(1.0).max(spectral.phase_factor(-1.0));
         let bound = phase * densest * std::f64::consts::PI / (CLOSE * self.draft.space.voxel_pc()) * f64::from(sources.unit);
         let brightest = |t: usize| sources.many_lights.iter().fold(0.0f32, |most, sent| most.max(sent[t]));
-        std::array::from_fn(|t| origin.terms.get(t).map_or(0.0, |term| (f64::from(brightest(t)) * term.k * term.albedo * bound) as f32))
+        std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| (f64::from(brightest(t)) * term.k * term.albedo * bound) as f32))
     }
 }
 
@@ -162,7 +226,7 @@ struct TermMedium<'a> {
 impl TermMedium<'_> {
     /// The light of the cache, or of a new solution, which is stored unless a device gave up.
     fn stored(self, cache: Option<&dyn Cache>, sweepers: &Sweepers, control: &Control) -> Result<Solved> {
-        let Some(cache) = cache.filter(|_| self.origin.bounces > 1) else { return self.solve(sweepers, control) };
+        let Some(cache) = cache else { return self.solve(sweepers, control) };
         let content = self.origin.fingerprint(sweepers.has_device());
         if let Some(record) = cache.get(KIND, content)
             && let [sweeps, series, settled] = record.numbers[..]
@@ -185,10 +249,6 @@ impl TermMedium<'_> {
     /// The light of all orders below the bounces of its origin; by the first of the `sweepers` that can.
     fn solve(self, sweepers: &Sweepers, control: &Control) -> Result<Solved> {
         let FieldOrigin { ref terms, harmonics, bounces, ref direct_sources, .. } = self.origin;
-        if bounces == 1 {
-            let moments = Moments::dark(0, harmonics);
-            return Ok(Solved { origin: self.origin, moments, sweeps: 0, series: 0.0, settled: true, by: Processor.name().into() });
-        }
         let k: EightLanes = std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| term.k as f32));
         let scattering = scattering(terms);
         let DirectSources { glow, around, .. } = direct_sources;
@@ -217,11 +277,9 @@ impl TermMedium<'_> {
         let far_field = many_lights.map(|many_lights| FarField { many_lights, sent: &direct_sources.many_lights, k, kernels });
         let dark = || Ok(Moments::dark(self.cells.lattice.cells(), *harmonics));
         let mut first = far_field.map_or_else(dark, |far| far.moments(self.cells, *harmonics, control))?;
-        if let Some(dust) = &self.space.dust {
-            self.cells.direct(dust, |_| marched(self.space, &direct_sources.stars), k, &mut first, control)?;
-            if let Some(far_field) = &far_field {
-                self.cells.direct(dust, |row| far_field.near(self.cells, row), k, &mut first, control)?;
-            }
+        self.cells.direct(|_| marched(self.space, &direct_sources.stars), k, &mut first, control)?;
+        if let Some(far_field) = &far_field {
+            self.cells.direct(|row| far_field.near(self.cells, row), k, &mut first, control)?;
         }
         Ok(first)
     }

@@ -65,7 +65,7 @@ pub struct FirstLight<'a> {
 /// On interruption by the user.
 pub fn error(light: &FirstLight, draft: &Draft, control: &Control) -> Result<Option<f64>> {
     let (Some(many_lights), Some(dust)) = (&light.field.many_lights, &draft.scene.dust) else { return Ok(None) };
-    let spot_checks = spot_checks(many_lights, &draft.space, &light.field.cells, control)?;
+    let spot_checks = spot_checks(many_lights, &draft.space, &light.field.finest().cells, control)?;
     let deviations: Vec<Deviation> = spot_checks.par_iter().map(|check| check.deviation(light, many_lights, &*dust.phase)).collect();
     Ok(Deviation::part(&deviations))
 }
@@ -105,7 +105,7 @@ impl SpotCheck {
         let mut deviation = Deviation { wrong: 0.0, all: 0.0 };
         let FirstLight { field, far, near: profiles, view } = light;
         for (part, far) in field.parts.iter().zip(*far) {
-            let mut found = interpolated(self.place, &field.cells.lattice, far);
+            let mut found = interpolated(self.place, &field.finest().cells.lattice, far);
             let mut exact = [0.0; WIDTH];
             for (star, sent) in part.sent.iter().enumerate() {
                 let offset = self.place - many_lights.places[star];
@@ -124,7 +124,7 @@ impl SpotCheck {
                     }
                 }
             }
-            let unit = f64::from(part.unit);
+            let unit = f64::from(field.unit);
             deviation.wrong += unit * found.iter().zip(&exact).map(|(f, e)| (f - e).abs()).sum::<f64>();
             deviation.all += unit * exact.iter().sum::<f64>();
         }

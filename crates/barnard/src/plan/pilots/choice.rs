@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::image::{SpatialError, UnresolvedStars};
 use crate::light::Light;
 use crate::plan::draft::Draft;
+use crate::plan::multiple_scattering::PilotLight;
 use crate::plan::spatial::bake::{MAX_BAKE, MIN_BAKE};
 use crate::plan::{BandPlan, END_SHARE, LightField, Options, SpatialPlan, SpectralPlan, Stepping};
 use crate::scene::Scene;
@@ -55,8 +56,9 @@ const MODEST: usize = 3;
 const FINE_BYTES: u64 = 64 << 20;
 
 /// Finds how finely the star depths must be baked and, where the settings do not say it, the rays sampled; the former
-/// matters not where a `field` holds the light, whose whole error is then measured.
-pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) -> Result<Stepping> {
+/// matters not where a `field` holds the light, whose whole error is then measured. Returns the steps, and the light of the
+/// pilots.
+pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) -> Result<(Stepping, PilotLight)> {
     let Draft { scene, options, lights, space, spectral, .. } = draft;
     let space = Arc::make_mut(space);
     let accuracy = SHARE * scene.method.accuracy;
@@ -83,7 +85,7 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     let beside_sampling = BESIDE_SAMPLING * sampling.as_ref().map_or(0.0, Sampling::worst);
     let enough = beside_sampling.min(scene.method.accuracy).max(accuracy);
     let Some(TriedChoice { stepping, factor, values, .. }) = marches.cheapest(space, &candidates, reachable, enough)? else {
-        return Ok(Stepping::PerVoxel(1.0));
+        return Ok((Stepping::PerVoxel(1.0), PilotLight::default()));
     };
     let error = marches.error(&values, &truth);
     if space.star_factor != factor {
@@ -98,7 +100,8 @@ pub fn choose(draft: &mut Draft, field: Option<&LightField>, control: &Control) 
     let unresolved = sampling.as_ref().and_then(|s| s.unresolved);
     let sampling = sampling.map(|s| (s.error, s.edge));
     space.spatial = Some(SpatialError { stepping, error: error + early, sampling, rays: marches.pilots.len(), unresolved });
-    Ok(stepping)
+    let rays = marches.pilots.iter().map(|pilot| (pilot.ray, pilot.pixels)).collect();
+    Ok((stepping, PilotLight { rays, radiance: truth }))
 }
 
 /// Samples functions finely enough for the accuracy, and measures the error that is left; `None` where nothing is sampled.

@@ -79,7 +79,8 @@ pub struct UnresolvedStars {
     pub stars: usize,
 }
 
-/// Errors of multiple scattering, estimated from half as many cells per edge and other directions: relative rms over the dust.
+/// Errors of multiple scattering in the picture, estimated from coarser cells and other directions: relative rms of the worst band over
+/// pilot rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScatteringError {
     /// Error of the cells.
