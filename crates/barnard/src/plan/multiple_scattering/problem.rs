@@ -2,8 +2,8 @@
 
 use spectra::rule::Node;
 
-use super::Fineness;
 use super::cells::SweepCells;
+use super::fineness::Fineness;
 use super::harmonics::{DEGREE, count, legendre_moments};
 use super::lanes::WIDTH;
 use super::moments::Moments;

@@ -13,8 +13,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::cells::SweepCells;
-use super::field::Solved;
 use super::lanes::{EightLanes, WIDTH};
+use super::solved::Solved;
 use super::term::scattering;
 
 /// Terms up to which all are solved in full.

@@ -1,12 +1,10 @@
 //! How finely a field is solved: directions, then cells from coarse to fine, until the picture does not change by more than
 //! the accuracy allows.
 
-use std::sync::Arc;
-
-use super::cells::SweepCells;
 use super::eye_source::EyeSource;
-use super::field::Solved;
+use super::fineness::Fineness;
 use super::harmonics::DEGREE;
+use super::level::Level;
 use super::pilot_light::PilotLight;
 use super::problem::Problem;
 use super::reduction::Reduction;
@@ -15,38 +13,6 @@ use super::{MultipleScattering, direct_sources};
 use crate::control::Control;
 use crate::error::Result;
 use crate::image::ScatteringError;
-
-/// The fineness of a field of scattered light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fineness {
-    /// Most cells along an edge.
-    pub cells: usize,
-    /// Directions along each edge of a cube's face: of light that has scattered once, which comes from near the stars,
-    /// and of all other.
-    pub directions: [usize; 2],
-    /// The highest degree of harmonics.
-    pub degree: usize,
-}
-
-impl Fineness {
-    /// The fineness where no pilots say what is needed.
-    pub const UNMEASURED: Self = Self { cells: 64, directions: [6, 3], degree: DEGREE };
-    /// The fineness of previews while things move.
-    pub const PREVIEW: Self = Self { cells: 24, directions: [4, 2], degree: 1 };
-    /// The fineness at which it is found which terms are solved in full.
-    pub(super) const REDUCING: Self = Self { cells: 12, directions: [3, 2], degree: 2 };
-
-    /// The finer of two.
-    #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        let [a, b] = [0, 1].map(|i| self.directions[i].max(other.directions[i]));
-        Self { cells: self.cells.max(other.cells), directions: [a, b], degree: self.degree.max(other.degree) }
-    }
-
-    fn with_cells(self, cells: usize) -> Self {
-        Self { cells, ..self }
-    }
-}
 
 /// What decides how finely a field is solved.
 #[derive(Debug, Clone, Copy)]
@@ -79,22 +45,6 @@ const SPATIAL_SHARE: f64 = 0.7;
 const REMAINING: f64 = 0.5;
 /// How much of the work the first levels are expected to be.
 const EXPECTED: [f64; 4] = [0.02, 0.1, 0.4, 1.0];
-
-/// A solution in cells of one size.
-#[derive(Debug, Clone)]
-pub struct Level {
-    pub cells: SweepCells,
-    pub fineness: Fineness,
-    /// Light that was scattered before, of the solved terms, eight by eight.
-    pub solved: Vec<Arc<Solved>>,
-}
-
-impl Level {
-    /// S of the solved terms towards the eye.
-    pub fn towards(&self, view: Viewpoint) -> EyeSource {
-        EyeSource { lattice: self.cells.lattice.clone(), groups: self.solved.iter().map(|solved| solved.towards(view)).collect() }
-    }
-}
 
 /// Levels from coarse to fine.
 pub struct Refined {
