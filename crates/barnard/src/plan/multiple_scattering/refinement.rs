@@ -139,7 +139,9 @@ impl Refinement<'_> {
         let mut levels = vec![half, finest];
         for expected in EXPECTED.windows(2).skip(1) {
             let cells = 2 * fits.cells;
-            if spatial <= allowed || coarser || cells > FINEST {
+            // More cells than usual must bring what is asked for.
+            let promises = cells <= Fineness::UNMEASURED.cells || REMAINING * spatial <= allowed;
+            if spatial <= allowed || coarser || cells > FINEST || !promises {
                 break;
             }
             let next = fitting(cells)?;
