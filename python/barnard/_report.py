@@ -67,7 +67,7 @@ class Report:
     spatial_error: SpatialReport | None = None
     #: True if the spatial error is larger than requested.
     misses_accuracy: bool = False
-    #: Errors of multiple scattering: `spatial` and `angular`, relative rms.
+    #: Errors of multiple scattering in the picture: `spatial` and `angular`, relative rms.
     scattering_error: dict[str, float] | None = None
     #: Density detail below the voxels: `octaves` and `deviation` of ln density.
     detail: dict[str, float] | None = None

@@ -17,6 +17,9 @@
 //! with the phase function itself. Orders of scattering are summed until what is left goes as a geometric series, whose
 //! rest is added.
 //!
+//! Few terms are solved, of which all are sums ([`reduction`]), in cells as fine as the picture needs, extrapolated to
+//! cells of no size ([`refinement`]).
+//!
 //! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half
 //! its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree
 //! five, structure of the dust within a cell.

@@ -164,7 +164,7 @@ impl Report {
     }
 
     /// Relative errors in one line: the largest spectral error relative to the unattenuated light, the measured spatial error (rms),
-    /// and the estimated error of multiple scattering relative to that light.
+    /// and the estimated error of multiple scattering in the picture (rms).
     pub fn summary(&self) -> String {
         let spatial = self.spatial.map(|spatial| format!(", spatial {:.0e}", spatial.error));
         let scattering = self.scattering.map(|error| format!(", multiple scattering {:.0e}", error.spatial.hypot(error.angular)));
