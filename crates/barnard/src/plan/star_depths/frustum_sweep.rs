@@ -35,7 +35,7 @@ use crate::packet::{LANES, Lane, fma, lanes, place};
 use crate::plan::star_depths::OPAQUE;
 use crate::plan::star_depths::between_rays::{Places, beside, cubic_line, cubic_rows, grazed};
 use crate::plan::star_depths::frustum::{Frustum, Rays, TierOf, frustums};
-use crate::plan::star_depths::planes::{DustWindow, Planes, mix, within};
+use crate::plan::star_depths::planes::{BLOCK, DustWindow, Planes, mix, within};
 use crate::volume::{ChannelMut, PlanePart, ROWS_TOGETHER};
 
 /// Two-point Gauss rule on [0, 1], weights one half.
@@ -150,12 +150,14 @@ impl FrustumSweep<'_> {
         let mut store = Planes::new(self.dust, self.frustum.axes, self.frustum.sign);
         let mut slabs = [Vec::new(), Vec::new()];
         let mut from = self.frustum.before(planes, numbers.start);
+        // The way to the last of the planes of dust that are copied together.
+        let ahead = BLOCK as f64 * self.frustum.dims[2] as f64 / self.dust.dims[self.frustum.axes[2]] as f64;
         for number in numbers {
             control.check()?;
             let interval = Interval { from, to: self.frustum.distance(planes[number]), last: number + 1 == planes.len() };
             for (slab, point) in slabs.iter_mut().zip(interval.gauss()) {
-                let window = self.window(tier, point);
-                store.slab(self.to_dust(2, self.frustum.star[2] + self.frustum.sign * point), &window, slab);
+                let (window, far) = (self.window(tier, point), self.window(tier, point + ahead));
+                store.slab(self.to_dust(2, self.frustum.star[2] + self.frustum.sign * point), &window, &far, slab);
             }
             self.advance(tier, &slabs, interval);
             visit(tier, number);

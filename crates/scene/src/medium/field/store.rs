@@ -38,7 +38,11 @@ impl Store {
     #[inline(always)]
     pub fn corners(&self, sides: [[usize; 2]; 3]) -> [f64; 8] {
         match self {
-            Self::Rows(_, values) => at_corners(sides, |at| values[at]),
+            Self::Rows(_, values) => {
+                // The memory is asked for once, not for each corner.
+                let values: &[f32] = values;
+                at_corners(sides, |at| values[at])
+            }
             Self::Blocks(blocks) => at_corners(sides, |at| blocks.value(at)),
         }
     }
@@ -58,6 +62,7 @@ impl Store {
     pub fn largest(&self, [x, y, z]: [Range<usize>; 3]) -> f32 {
         match self {
             Self::Rows([nx, ny, _], values) => {
+                let values: &[f32] = values;
                 let rows = z.flat_map(|z| y.clone().map(move |y| (z * ny + y) * nx));
                 rows.fold(0.0, |most, first| values[first + x.start..first + x.end].iter().fold(most, |most, v| v.max(most)))
             }
