@@ -30,6 +30,8 @@ pub enum Quality {
     /// Pilot rays choose steps, star depths and rules, and measure their errors.
     #[default]
     Full,
+    /// Choices of full quality, but multiple scattering in coarse cells alone, whose error is stated: for reports before a picture.
+    Estimate,
     /// The rule [`PREVIEW`](rule::PREVIEW) for any method, on at most [`PREVIEW_VOXELS`]; errors are unknown. For pictures while
     /// things change.
     Preview,
@@ -82,7 +84,7 @@ impl<'a> Planner<'a> {
         scene.check()?;
         let before = before.map(Planned::plan);
         let plan = match &self.quality {
-            Quality::Full => self.full(&scene, before, control),
+            Quality::Full | Quality::Estimate => self.full(&scene, before, control),
             Quality::Preview => self.preview(&scene, before, control),
             Quality::Fixed(steps) => self.fixed(&scene, *steps, control),
             Quality::Chosen(choices) => self.chosen(&scene, choices, before, control),
@@ -114,7 +116,11 @@ impl<'a> Planner<'a> {
                 (stepping, Some(seen))
             }
         };
-        let effort = seen.as_ref().map_or(Effort::Chosen(Fineness::UNMEASURED), Effort::Measured);
+        let effort = match &seen {
+            None => Effort::Chosen(Fineness::UNMEASURED),
+            Some(seen) if self.quality == Quality::Estimate => Effort::Estimated(seen),
+            Some(seen) => Effort::Measured(seen),
+        };
         draft.plan((stepping, effort), light_field, before.and_then(|plan| plan.scattered_field.as_deref()), control)
     }
 

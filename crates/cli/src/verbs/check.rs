@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use barnard::backend::Job;
 use barnard::control::Control;
 use barnard::image::Report;
-use barnard::plan::{Options, Plan, Planner};
+use barnard::plan::{Options, Plan, Planner, Quality};
 use barnard::points;
 use barnard::scene::{Parameter, Scene, parameters};
 use clap::Args;
@@ -42,7 +42,7 @@ impl Check {
         barnard::backend::left_out(&scene).iter().for_each(|note| say!("left out  {note}"));
         scene.inputs.iter().for_each(|input| say!("input     {}: {}", input.file, input.text));
         describe_bounces(&scene, &options)?;
-        let plan = Planner::new(&options).plan(&scene, None, &progress::control()?)?;
+        let plan = Planner::new(&options).with_quality(Quality::Estimate).plan(&scene, None, &progress::control()?)?;
         let report = plan.expected_report();
         describe_plan(&plan, &report);
         say!("ok");

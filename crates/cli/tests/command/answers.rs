@@ -56,6 +56,22 @@ fn check_prints_the_plan() {
     }
 }
 
+/// Multiple scattering is estimated in coarse cells before a picture, which has its error as well.
+#[test]
+fn check_estimates_multiple_scattering() {
+    let desk = Desk::new();
+    let words = |arguments: &[&str]| {
+        let output = desk.run(arguments);
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat()
+    };
+    let checked = words(&["check", "scene.toml", "--bounces", "20"]);
+    let rendered = words(&["render", "scene.toml", "--bounces", "20", "-o", "out.npy", "--verbose"]);
+    for text in [&checked, &rendered] {
+        assert!(text.contains("scattering orders") && text.contains("spatial about"), "{text}");
+    }
+    assert!(checked.contains("an estimate") && !rendered.contains("an estimate"), "{rendered}");
+}
+
 /// JSON on standard output has the numbers of the report, those of the headers too; words go to standard error.
 #[test]
 fn reports_are_json_on_request() {

@@ -133,8 +133,9 @@ impl MultipleScattering {
         let field = Arc::new(problem.field(levels, reduction));
         let view = Viewpoint::of(&draft.scene.camera);
         let seen = field.far_field(view, control)?;
-        let mut report = ScatteringReport { error_estimate: error, coarser, bytes, ..problem.report(&field) };
-        if let (Some(far_field), Effort::Measured(_)) = (&mut report.far_field, effort) {
+        let is_estimate = matches!(effort, Effort::Estimated(_)) && problem.scatters_again();
+        let mut report = ScatteringReport { error_estimate: error, coarser, is_estimate, bytes, ..problem.report(&field) };
+        if let (Some(far_field), Effort::Measured(_) | Effort::Estimated(_)) = (&mut report.far_field, effort) {
             far_field.error =
                 spot_check::error(&FirstLight { field: &field, far: &seen, near: &field.profiles(view), view }, draft, control)?;
         }

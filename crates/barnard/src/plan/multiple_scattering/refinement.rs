@@ -23,6 +23,8 @@ pub(in crate::plan) enum Effort<'a> {
     Chosen(Fineness),
     /// The error that cells and directions make in the picture.
     Measured(&'a PilotLight),
+    /// Coarse cells, and their error.
+    Estimated(&'a PilotLight),
 }
 
 /// Directions and degrees that are tried, from cheap to dear.
@@ -75,11 +77,12 @@ impl Refinement<'_> {
         match effort {
             Effort::Preview => self.fixed(Fineness::PREVIEW),
             Effort::Chosen(fineness) => self.fixed(fineness),
-            Effort::Measured(_) if !scatters => self.fixed(Fineness::UNMEASURED),
+            Effort::Measured(_) | Effort::Estimated(_) if !scatters => self.fixed(Fineness::UNMEASURED),
+            Effort::Estimated(pilots) => self.refined(pilots, self.angles(pilots)?, (2 * COARSEST, f64::INFINITY)),
+            Effort::Measured(pilots) if aggregated => self.refined(pilots, self.angles(pilots)?, (AGGREGATED, f64::INFINITY)),
             Effort::Measured(pilots) => {
-                let angles = self.angles(pilots)?;
                 let accuracy = SPATIAL_SHARE * self.problem.draft.scene.method.accuracy;
-                self.refined(pilots, angles, if aggregated { (AGGREGATED, f64::INFINITY) } else { (2 * COARSEST, accuracy) })
+                self.refined(pilots, self.angles(pilots)?, (2 * COARSEST, accuracy))
             }
         }
     }

@@ -13,6 +13,8 @@ pub struct ScatteringReport {
     pub extrapolated_from: Option<[usize; 3]>,
     /// True if the cells are fewer than they should be, to keep to the memory limit.
     pub coarser: bool,
+    /// True if it was solved in coarse cells for an estimate of errors; pictures are solved in finer ones where they need them.
+    pub is_estimate: bool,
     /// Directions of light: of the first order and of the others.
     pub directions: [usize; 2],
     /// The degree of the harmonics.
@@ -88,6 +90,9 @@ impl std::fmt::Display for ScatteringReport {
         }
         if coarser {
             write!(f, " (limited by memory: raise the memory limit for more cells)")?;
+        }
+        if self.is_estimate {
+            write!(f, " (an estimate: pictures use finer cells where the accuracy needs them)")?;
         }
         if !settled {
             write!(f, " (not converged)")?;

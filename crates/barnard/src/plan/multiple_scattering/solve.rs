@@ -173,6 +173,7 @@ impl Problem<'_> {
             cells: finest.cells.lattice.dims,
             extrapolated_from: field.coarser().map(|level| level.cells.lattice.dims),
             coarser: false,
+            is_estimate: false,
             directions: finest.fineness.directions.map(|edge| faces(edge).iter().map(|f| f.directions.len()).sum()),
             degree: self.kept_degree(finest.fineness),
             terms: (field.reduction.solved.len(), self.terms.len()),
