@@ -106,6 +106,31 @@ fn many_bounces_are_those_of_the_path_tracer() {
     }
 }
 
+/// A loose accuracy takes fewer cells than a tight one, and the error that is stated of it is above the difference of the two.
+#[test]
+fn cells_are_as_fine_as_the_accuracy_requires() {
+    let planned = |accuracy: &str| {
+        let method = METHOD.replace("0.003", accuracy);
+        plan(&parse(&format!("{CAMERA}{BALL}{}{STAR}{method}bounces = {MANY_BOUNCES}\n", forward(0.5))))
+    };
+    let (loose, tight) = (planned("0.1"), planned("0.003"));
+    let report = |plan: &Planned| plan.scattered_field().unwrap().report.clone();
+    let (of_loose, of_tight) = (report(&loose), report(&tight));
+    assert!(of_loose.cells[0] < of_tight.cells[0] && of_loose.directions[0] <= of_tight.directions[0]);
+    let (error, smaller) = (of_loose.error_estimate.unwrap(), of_tight.error_estimate.unwrap());
+    assert!(error.spatial <= 0.1 && smaller.spatial < error.spatial, "{error:?} {smaller:?}");
+    let single = radiance(&loose.clone().without_scattered_field());
+    // Steps and star depths of the two differ as well: multiple scattering alone is compared.
+    let multiple = |plan: &Planned| -> Vec<f64> {
+        let single = radiance(&plan.clone().without_scattered_field());
+        radiance(plan).iter().zip(single).map(|(all, single)| all - single).collect()
+    };
+    let pairs =
+        multiple(&loose).into_iter().zip(multiple(&tight)).zip(&single).map(|((loose, tight), single)| (single + loose, single + tight));
+    let apart = barnard::image::relative_rms(pairs);
+    assert!(apart > 0.0 && apart < error.spatial + error.angular + smaller.spatial, "{apart} {error:?} {smaller:?}");
+}
+
 /// White dust in an even field of light cannot be seen: what it takes out of a ray it scatters into it.
 #[test]
 fn white_dust_in_even_light_is_invisible() {

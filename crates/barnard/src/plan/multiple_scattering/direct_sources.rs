@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::lanes::{EightLanes, WIDTH};
-use super::term::Term;
+use super::problem::Problem;
 use crate::light::Route;
 use crate::plan::BandPlan;
 use crate::plan::draft::Draft;
@@ -22,28 +22,21 @@ pub struct DirectSources {
     pub unit: f32,
 }
 
-/// The radiance that all light of a draft is in parts of: the strongest weight.
-pub fn unit(draft: &Draft) -> f32 {
-    let weights = |light| draft.spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();
-    let extended = draft.lights.iter().enumerate().filter(|(_, l)| !matches!(l.route, Route::Direct { .. } | Route::FieldStar { .. }));
-    let unit = extended.flat_map(|(light, _)| weights(light)).fold(f64::MIN_POSITIVE, |most, w| most.max(w.abs()));
-    (unit as f32).max(f32::MIN_POSITIVE)
-}
-
 impl DirectSources {
-    /// The sources of `terms`, which have these numbers among all of the draft; `gas` is the density of each species in
-    /// cells, without which it does not shine.
-    pub fn new(draft: &Draft, numbers: &[usize], terms: &[Term], gas: &[Vec<f32>]) -> Self {
-        let Draft { lights, spectral, space, .. } = draft;
+    /// The sources of the terms of a problem with these numbers; `gas` is the density of each species in cells, without
+    /// which it does not shine.
+    pub fn new(problem: &Problem, numbers: &[usize], gas: &[Vec<f32>]) -> Self {
+        let Draft { lights, spectral, space, .. } = problem.draft;
         let all = |light| spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();
-        let unit = f64::from(unit(draft));
-        let mut direct_sources = Self { stars: Vec::new(), many_lights: Vec::new(), glow: None, around: [0.0; WIDTH], unit: unit as f32 };
+        let unit = f64::from(problem.unit);
+        let mut direct_sources = Self { stars: Vec::new(), many_lights: Vec::new(), glow: None, around: [0.0; WIDTH], unit: problem.unit };
         for (light, l) in lights.iter().enumerate() {
             let weights: Vec<f64> = all(light).collect();
             let weight = |t: usize| numbers.get(t).and_then(|number| weights.get(*number)).map_or(0.0, |w| w / unit);
             match l.route {
                 Route::Scattered { star } => {
-                    let sent = |t: usize| terms.get(t).map_or(0.0, |term| term.k * term.albedo);
+                    let term = |t: usize| numbers.get(t).map(|number| &problem.terms[*number]);
+                    let sent = |t: usize| term(t).map_or(0.0, |term| term.k * term.albedo);
                     direct_sources
                         .stars
                         .push((star, std::array::from_fn(|t| if sent(t) > 0.0 { (weight(t) / sent(t)) as f32 } else { 0.0 })));

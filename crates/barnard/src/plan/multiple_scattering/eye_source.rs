@@ -24,25 +24,28 @@ fn between(at: f64, cells: usize) -> (usize, usize, f32) {
     (first, (first + 1).min(cells - 1), (at - first as f64) as f32)
 }
 
+/// Values of cells at a place, trilinear between the middles of cells and constant beyond the outermost.
+pub fn trilinear(lattice: &Lattice, values: &[EightLanes], place: DVec3) -> EightLanes {
+    let at = (place - lattice.bounds.low) / lattice.voxel_pc() - 0.5;
+    let [(x0, x1, fx), (y0, y1, fy), (z0, z1, fz)] = [0, 1, 2].map(|axis| between(at[axis], lattice.dims[axis]));
+    let row = |y, z| (&values[lattice.index(x0, y, z)], &values[lattice.index(x1, y, z)]);
+    let mut sum = [0.0; WIDTH];
+    for ((low, high), share) in
+        [(row(y0, z0), (1.0 - fy) * (1.0 - fz)), (row(y1, z0), fy * (1.0 - fz)), (row(y0, z1), (1.0 - fy) * fz), (row(y1, z1), fy * fz)]
+    {
+        (0..WIDTH).for_each(|t| sum[t] += share * (low[t] + fx * (high[t] - low[t])));
+    }
+    sum
+}
+
 impl EyeSource {
-    /// S of the terms of a group at a place, trilinear between the middles of cells.
+    /// S of the terms of a group at a place.
     pub fn at(&self, group: usize, place: DVec3) -> EightLanes {
-        let Lattice { dims, bounds } = &self.lattice;
-        let at = (place - bounds.low) / self.lattice.voxel_pc() - 0.5;
-        let [(x0, x1, fx), (y0, y1, fy), (z0, z1, fz)] = [0, 1, 2].map(|axis| between(at[axis], dims[axis]));
-        let values = &self.groups[group];
-        let row = |y, z| (&values[self.lattice.index(x0, y, z)], &values[self.lattice.index(x1, y, z)]);
-        let mut sum = [0.0; WIDTH];
-        for ((low, high), share) in
-            [(row(y0, z0), (1.0 - fy) * (1.0 - fz)), (row(y1, z0), fy * (1.0 - fz)), (row(y0, z1), (1.0 - fy) * fz), (row(y1, z1), fy * fz)]
-        {
-            (0..WIDTH).for_each(|t| sum[t] += share * (low[t] + fx * (high[t] - low[t])));
-        }
-        sum
+        trilinear(&self.lattice, &self.groups[group], place)
     }
 
-    /// What the source tends to for ever smaller cells: errors fall by the first power of a cell's edge, so the difference
-    /// from coarser cells tells the rest; at most as much as there is. The same where the other is not coarser.
+    /// Limit of the source for cells of no size: errors fall with the first power of a cell's edge, so the difference from
+    /// coarser cells is the error that is left; at most the source itself is added. The same where the other is not coarser.
     pub fn extrapolated(mut self, coarse: &Self) -> Self {
         let ratio = coarse.lattice.voxel_pc().max_element() / self.lattice.voxel_pc().max_element();
         if ratio < COARSER {

@@ -1,4 +1,4 @@
-//! A solved field of scattered light, whoever looks at it.
+//! A solved field of scattered light, independent of the eye.
 
 use std::sync::Arc;
 
@@ -8,6 +8,7 @@ use super::lanes::{EightLanes, WIDTH};
 use super::level::Level;
 use super::moments::Moments;
 use super::reduction::Reduction;
+use super::solved::Solved;
 use super::term::Term;
 use super::view::Viewpoint;
 use crate::control::Control;
@@ -47,6 +48,11 @@ impl Field {
     /// The finest level, in whose cells the field is.
     pub fn finest(&self) -> &Level {
         &self.levels[self.levels.len() - 1]
+    }
+
+    /// All light that was solved for it, on the coarse lattice of its terms too.
+    pub fn solved(&self) -> impl Iterator<Item = &Arc<Solved>> {
+        self.levels.iter().flat_map(|level| &level.solved).chain(&self.reduction.coarse)
     }
 
     /// The level before, where that is coarser.

@@ -1,4 +1,4 @@
-//! What a field adds to the picture, along the pilots' rays.
+//! Light of a field in the picture, along the pilots' rays.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -25,14 +25,15 @@ const MOST: f64 = 1024.0;
 
 impl PilotLight {
     /// Relative rms of the difference that another source makes in the picture, of the worst band.
-    pub fn difference(&self, problem: &Problem, reduction: &Reduction, unit: f32, source: &EyeSource, other: &EyeSource) -> f64 {
+    pub fn difference(&self, problem: &Problem, reduction: &Reduction, source: &EyeSource, other: &EyeSource) -> f64 {
         let pair = |(ray, _): &(Ray, f64)| [source, other].map(|source| seen(problem, reduction, source, ray));
         let pairs: Vec<[Vec<f64>; 2]> = self.rays.par_iter().map(pair).collect();
         let bands = problem.draft.spectral.bands.len();
+        let unit = f64::from(problem.unit);
         let error = |band: usize| {
             let (mut wrong, mut all) = (0.0, 0.0);
             for (([a, b], (_, pixels)), radiance) in pairs.iter().zip(&self.rays).zip(&self.radiance) {
-                let (a, b) = (f64::from(unit) * a[band], f64::from(unit) * b[band]);
+                let (a, b) = (unit * a[band], unit * b[band]);
                 wrong += pixels * (a - b).powi(2);
                 all += pixels * (radiance[band] + a).powi(2);
             }

@@ -11,6 +11,7 @@ use super::processor::Sweepers;
 use super::term::Term;
 use crate::error::{Error, Result};
 use crate::field::{Grid, Lattice};
+use crate::light::Route;
 use crate::memory;
 use crate::plan::BandPlan;
 use crate::plan::draft::Draft;
@@ -29,6 +30,8 @@ pub struct Problem<'a> {
     pub dust: &'a Grid,
     /// The nodes of all passbands.
     pub terms: Vec<Term>,
+    /// The strongest weight of any light: all light is in units of this radiance.
+    pub unit: f32,
     pub sweepers: Sweepers<'a>,
 }
 
@@ -56,7 +59,7 @@ impl<'a> Problem<'a> {
         };
         let nodes = draft.spectral.bands.iter().map(nodes).collect::<Result<Vec<_>>>()?;
         let terms = nodes.into_iter().flatten().map(term).collect();
-        Ok(Some(Self { draft, dust, terms, sweepers: Sweepers::new(draft.options.sweeper.as_deref()) }))
+        Ok(Some(Self { draft, dust, terms, unit: unit(draft), sweepers: Sweepers::new(draft.options.sweeper.as_deref()) }))
     }
 
     /// True if light scatters more than once.
@@ -108,6 +111,14 @@ impl<'a> Problem<'a> {
         let has = |l: usize| self.terms.iter().any(|term| term.legendre[l].abs() > NEGLIGIBLE);
         (0..=most).rev().find(|l| has(*l)).unwrap_or(0)
     }
+}
+
+/// The strongest weight of any extended light of a draft.
+fn unit(draft: &Draft) -> f32 {
+    let weights = |light| draft.spectral.bands.iter().flat_map(move |b: &BandPlan| b.rule.form.decay().weights(light)).copied();
+    let extended = draft.lights.iter().enumerate().filter(|(_, l)| !matches!(l.route, Route::Direct { .. } | Route::FieldStar { .. }));
+    let unit = extended.flat_map(|(light, _)| weights(light)).fold(f64::MIN_POSITIVE, |most, w| most.max(w.abs()));
+    (unit as f32).max(f32::MIN_POSITIVE)
 }
 
 /// Moments of a phase function that do not grow when they scatter: nine directions a face make up to a tenth too much

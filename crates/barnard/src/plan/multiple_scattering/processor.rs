@@ -151,12 +151,12 @@ mod tests {
         let cells = SweepCells::of(lattice, (0..count).map(|i| (i % 5) as f32).collect());
         let (near, far) = (faces(3), faces(2));
         let swept = |terms: &[usize]| {
-            let of = |values: [f32; 2]| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| values[*term]));
+            let lanes = |values: [f32; 2]| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| values[*term]));
             let mut first = Moments::dark(count, 4);
-            first.data.iter_mut().enumerate().for_each(|(i, m)| *m = of([(i % 7) as f32, (i % 3) as f32]));
-            let glow = vec![of([0.1, 0.3]); count];
-            let scattering = [of([0.8, 0.7]), of([0.5, 0.4]), of([0.5, 0.4]), of([0.5, 0.4])];
-            let (k, around) = (of([1.0, 1.3]), of([0.2, 0.1]));
+            first.data.iter_mut().enumerate().for_each(|(i, m)| *m = lanes([(i % 7) as f32, (i % 3) as f32]));
+            let glow = vec![lanes([0.1, 0.3]); count];
+            let scattering = [lanes([0.8, 0.7]), lanes([0.5, 0.4]), lanes([0.5, 0.4]), lanes([0.5, 0.4])];
+            let (k, around) = (lanes([1.0, 1.3]), lanes([0.2, 0.1]));
             let transfer = Transfer {
                 cells: &cells,
                 terms: terms.len(),
@@ -168,7 +168,7 @@ mod tests {
             };
             let mut orders = Processor.start(transfer, first).unwrap();
             let powers: Vec<_> = (0..3).map(|_| orders.next(&Control::default()).unwrap()).collect();
-            (powers[2], orders.sum(&of([0.5, 0.25])).unwrap().data)
+            (powers[2], orders.sum(&lanes([0.5, 0.25])).unwrap().data)
         };
         let (both, second) = (swept(&[0, 1]), swept(&[1]));
         assert!(both.0.0[0] > both.0.0[1] && both.0.0[1] > 0.0 && both.0.0[2] == 0.0);

@@ -27,7 +27,7 @@ pub struct Reduction {
     pub solved: Vec<usize>,
     /// Coefficients c of every term: term × solved term.
     pub coefficients: Vec<Vec<f32>>,
-    /// The rms error that is allowed of a term on the coarse lattice, in parts of its rms \[1\].
+    /// Allowed rms error of a term on the coarse lattice, relative to its rms \[1\].
     pub allowed: f64,
     /// The coarse solutions of all terms from which this was found, eight by eight; none where all terms are solved.
     pub coarse: Vec<Arc<Solved>>,
@@ -114,8 +114,8 @@ fn decomposed(mut columns: Vec<Vec<f32>>, allowed: f64) -> Reduction {
 /// The coefficients of column `t`: back substitution through the parts of the chosen columns, which are triangular.
 fn substituted(parts: &[Vec<f64>], solved: &[usize], norms: &[f64], t: usize) -> Vec<f32> {
     let mut coefficients = vec![0.0; solved.len()];
-    if let Some(own) = solved.iter().position(|s| *s == t) {
-        coefficients[own] = 1.0;
+    if let Some(position) = solved.iter().position(|s| *s == t) {
+        coefficients[position] = 1.0;
     } else {
         for j in (0..solved.len()).rev() {
             let later: f64 = (j + 1..solved.len()).map(|i| parts[solved[i]][j] * coefficients[i]).sum();
@@ -131,7 +131,7 @@ fn substituted(parts: &[Vec<f64>], solved: &[usize], norms: &[f64], t: usize) ->
 mod tests {
     use super::*;
 
-    /// Polynomials of degree two at ten places are sums of three of them; columns of nothing take none; where more error is
+    /// Ten polynomials of degree two are sums of three of them; columns of nothing take none; where more error is
     /// allowed fewer are taken.
     #[test]
     fn sums_of_few_are_found() {

@@ -1,6 +1,7 @@
 //! How finely a field is solved: directions, then cells from coarse to fine, until the picture does not change by more than
 //! the accuracy allows.
 
+use super::MultipleScattering;
 use super::eye_source::EyeSource;
 use super::fineness::Fineness;
 use super::harmonics::DEGREE;
@@ -9,21 +10,20 @@ use super::pilot_light::PilotLight;
 use super::problem::Problem;
 use super::reduction::Reduction;
 use super::view::Viewpoint;
-use super::{MultipleScattering, direct_sources};
 use crate::control::Control;
 use crate::error::Result;
 use crate::image::ScatteringError;
 
-/// What decides how finely a field is solved.
+/// Basis of the choice of cells and directions.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::plan) enum Effort<'a> {
-    /// That of previews.
+    /// The fineness of previews.
     Preview,
-    /// A fineness that is given.
+    /// A given fineness.
     Chosen(Fineness),
-    /// The error that cells and directions make in the picture.
+    /// As fine as the errors of cells and directions in the picture require.
     Measured(&'a PilotLight),
-    /// Coarse cells, and their error.
+    /// Coarse cells, with their error.
     Estimated(&'a PilotLight),
 }
 
@@ -42,8 +42,8 @@ const AGGREGATED: usize = 64;
 /// Parts of the accuracy that directions and cells may cost in the picture.
 const ANGULAR_SHARE: f64 = 0.5;
 const SPATIAL_SHARE: f64 = 0.7;
-/// The error of an extrapolation in parts of its difference from that before: one third where errors fall by the second power
-/// of a cell's edge, one where they fall by the first.
+/// Error of an extrapolation relative to its difference from the one before: 1/3 where errors fall with the second power of a
+/// cell's edge, 1 where they fall with the first.
 const REMAINING: f64 = 0.5;
 /// How much of the work the first levels are expected to be.
 const EXPECTED: [f64; 4] = [0.02, 0.1, 0.4, 1.0];
@@ -100,7 +100,7 @@ impl Refinement<'_> {
     }
 
     fn level(&self, fineness: Fineness, (from, to): (f64, f64)) -> Result<Level> {
-        self.problem.solve(fineness, self.reduction, self.before, &self.control.part(from, to))
+        self.problem.solve(fineness, &self.reduction.solved, self.before, &self.control.part(from, to))
     }
 
     /// A solution in the coarsest cells by the cheapest directions whose error is small enough, and that error.
@@ -123,7 +123,7 @@ impl Refinement<'_> {
     }
 
     fn difference(&self, pilots: &PilotLight, source: &EyeSource, other: &EyeSource) -> f64 {
-        pilots.difference(self.problem, self.reduction, direct_sources::unit(self.problem.draft), source, other)
+        pilots.difference(self.problem, self.reduction, source, other)
     }
 
     /// Levels of twice as many cells each, from `first` on, until the picture changes by no more than what is allowed.
@@ -134,30 +134,26 @@ impl Refinement<'_> {
         let mut fits = fitting(first)?;
         let mut coarser = fits.cells < first;
         let half = if fits.cells / 2 == angles.cells { probe } else { self.level(angles.with_cells(fits.cells / 2), (0.0, EXPECTED[0]))? };
-        let finest = self.level(angles.with_cells(fits.cells), (EXPECTED[0], EXPECTED[1]))?;
-        // What the last level adds to the one before says how exact it is.
-        let alone = finest.towards(view);
-        let mut best = alone.clone().extrapolated(&half.towards(view));
-        let mut spatial = self.difference(pilots, &best, &alone);
-        let mut levels = vec![half, finest];
-        for expected in EXPECTED.windows(2).skip(1) {
+        let (mut best, mut spatial, mut levels) = (half.towards(view), f64::INFINITY, vec![half]);
+        for expected in EXPECTED.windows(2) {
+            let finer = self.level(angles.with_cells(fits.cells), (expected[0], expected[1]))?;
+            let extrapolated = finer.towards(view).extrapolated(&levels[levels.len() - 1].towards(view));
+            spatial = REMAINING * self.difference(pilots, &extrapolated, &best);
+            best = extrapolated;
+            levels.push(finer);
             let cells = 2 * fits.cells;
-            // More cells than usual must bring what is asked for.
+            // Cells beyond the usual number are worth their price only where they bring the accuracy.
             let promises = cells <= Fineness::UNMEASURED.cells || REMAINING * spatial <= allowed;
-            if spatial <= allowed || coarser || cells > FINEST || !promises {
+            let is_finer = self.problem.lattice(cells).dims != self.problem.lattice(fits.cells).dims;
+            if spatial <= allowed || coarser || cells > FINEST || !promises || !is_finer {
                 break;
             }
             let next = fitting(cells)?;
             coarser = next.cells < cells;
-            let is_finer = self.problem.lattice(cells).dims != levels[levels.len() - 1].cells.lattice.dims;
-            if coarser || !is_finer {
+            if coarser {
                 break;
             }
-            let finer = self.level(angles.with_cells(cells), (expected[0], expected[1]))?;
-            let extrapolated = finer.towards(view).extrapolated(&levels[levels.len() - 1].towards(view));
-            (spatial, fits) = (REMAINING * self.difference(pilots, &extrapolated, &best), next);
-            best = extrapolated;
-            levels.push(finer);
+            fits = next;
         }
         Ok(Refined { levels, error: Some(ScatteringError { spatial, angular }), coarser, bytes: fits.bytes })
     }

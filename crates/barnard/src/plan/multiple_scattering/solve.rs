@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::cells::{DirectSource, SweepCells};
-use super::direct_sources::{DirectSources, unit};
+use super::direct_sources::DirectSources;
 use super::directions::{Face, faces};
 use super::far_field::FarField;
 use super::field::{EightTerms, Field};
@@ -34,30 +34,45 @@ const KIND: &str = "multiple_scattering";
 /// The largest number of sweeps.
 const MAX_SWEEPS: usize = 400;
 
-/// The part of the accuracy that fewer terms may cost of each.
+/// Cells along an edge of fields that are solved side by side and are not stored: those of previews and of first looks.
+const SMALL: usize = Fineness::PREVIEW.cells;
+/// Error of a term, as a part of the accuracy, that summing few terms may cause.
 const REDUCTION_SHARE: f64 = 0.1;
 
 impl Problem<'_> {
-    /// A solution in cells; what another was found from is not solved again.
+    /// A solution of terms in cells; light of a known origin is not solved again.
     ///
     /// # Errors
     /// If it comes to no number, and on interruption by the user.
-    pub fn solve(
-        &self,
-        fineness: Fineness,
-        reduction: &Reduction,
-        before: Option<&MultipleScattering>,
-        control: &Control,
-    ) -> Result<Level> {
+    pub fn solve(&self, fineness: Fineness, numbers: &[usize], before: Option<&MultipleScattering>, control: &Control) -> Result<Level> {
+        let space = &*self.draft.space;
         let cells = self.cells(fineness.cells.max(1));
-        let groups: Vec<&[usize]> = if self.scatters_again() { reduction.solved.chunks(WIDTH).collect() } else { Vec::new() };
-        let (glow, kernels) = (self.glow(&cells), self.kernels(&cells));
-        let solve = |(g, numbers): (usize, &&[usize])| {
-            let part = control.part(g as f64 / groups.len() as f64, (g + 1) as f64 / groups.len() as f64);
-            let known = before.into_iter().flat_map(|before| before.field.levels.iter().flat_map(|level| &level.solved));
-            self.solved(self.origin((&cells, fineness, &kernels), numbers, &glow), &cells, fineness, known, &part)
+        let glow: Vec<Vec<f32>> = space.gas().iter().map(|gas| cells.means(gas)).collect();
+        let kernels: Vec<_> = self.kernels(&cells).iter().map(|kernel| NearFieldKernel::even(kernel.reach_pc)).collect();
+        let groups = if self.scatters_again() { numbers } else { &[] }.chunks(WIDTH);
+        let origin = |numbers: &[usize]| FieldOrigin {
+            lattice: cells.lattice.clone(),
+            sigma: cells.sigma.clone(),
+            dust: space.dust.clone().unwrap_or_else(|| Arc::new(Grid::from_lattice(cells.lattice.clone(), Vec::new()))),
+            places: space.stars.clone(),
+            star_factor: space.star_factor,
+            precision: space.precision,
+            kernels: kernels.clone(),
+            terms: numbers.iter().map(|number| self.terms[*number]).collect(),
+            direct_sources: DirectSources::new(self, numbers, &glow),
+            directions: fineness.directions,
+            harmonics: count(self.kept_degree(fineness)),
+            bounces: self.draft.scene.method.bounces,
         };
-        let solved = groups.iter().enumerate().map(solve).collect::<Result<Vec<_>>>()?;
+        let all = groups.len();
+        let solve = |(g, numbers): (usize, &[usize])| {
+            let part = control.part(g as f64 / all as f64, (g + 1) as f64 / all as f64);
+            self.solved(origin(numbers), &cells, fineness, before, &part)
+        };
+        // Small fields leave processors idle, many of them do not.
+        let together = if fineness.cells <= SMALL { 1 } else { all.max(1) };
+        let groups: Vec<_> = groups.enumerate().collect();
+        let solved = groups.into_par_iter().with_min_len(together).map(solve).collect::<Result<Vec<_>>>()?;
         Ok(Level { cells, fineness, solved })
     }
 
@@ -68,14 +83,14 @@ impl Problem<'_> {
         let part = |(p, terms): (usize, &[Term])| {
             let numbers: Vec<usize> = (p * WIDTH..p * WIDTH + terms.len()).collect();
             // Stars that are gathered are seen by each term for itself.
-            let gathered = many_lights.as_ref().map(|_| DirectSources::new(self.draft, &numbers, terms, &[]));
+            let gathered = many_lights.as_ref().map(|_| DirectSources::new(self, &numbers, &[]));
             let near = gathered.as_ref().map_or([0.0; WIDTH], |sources| self.nearest(terms, sources));
             EightTerms { terms: terms.to_vec(), near, sent: gathered.map_or_else(Vec::new, |sources| sources.many_lights) }
         };
         let parts = self.terms.chunks(WIDTH).enumerate().map(part).collect();
         let phase = self.draft.spectral.phase.as_ref().filter(|_| many_lights.is_some()).cloned();
         let kernels = self.kernels(&finest.cells);
-        Field { parts, reduction, unit: unit(self.draft), many_lights, phase, kernels, levels }
+        Field { parts, reduction, unit: self.unit, many_lights, phase, kernels, levels }
     }
 
     /// The terms whose sums are all terms within a part of the accuracy, found on a coarse lattice.
@@ -86,76 +101,37 @@ impl Problem<'_> {
         if !self.scatters_again() || Reduction::is_needless(self.terms.len()) {
             return Ok(Arc::new(Reduction::none(self.terms.len())));
         }
-        let (fineness, cells) = (Fineness::REDUCING, self.cells(Fineness::REDUCING.cells));
-        let (glow, kernels) = (self.glow(&cells), self.kernels(&cells));
-        let numbers: Vec<usize> = (0..self.terms.len()).collect();
-        let known = before.map(|b| &b.field.reduction);
-        let solve = |(g, numbers): (usize, &[usize])| {
-            let known = known.and_then(|reduction| reduction.coarse.get(g)).into_iter();
-            self.solved(self.origin((&cells, fineness, &kernels), numbers, &glow), &cells, fineness, known, &control.part(0.0, 0.0))
-        };
-        let groups: Vec<(usize, &[usize])> = numbers.chunks(WIDTH).enumerate().collect();
-        let solved = groups.into_par_iter().map(solve).collect::<Result<Vec<_>>>()?;
+        let all: Vec<usize> = (0..self.terms.len()).collect();
+        let Level { cells, solved, .. } = self.solve(Fineness::REDUCING, &all, before, &control.part(0.0, 0.0))?;
         let allowed = REDUCTION_SHARE * self.draft.scene.method.accuracy;
         let is_known = |reduction: &&Arc<Reduction>| {
             reduction.allowed == allowed
                 && reduction.coarse.len() == solved.len()
                 && reduction.coarse.iter().zip(&solved).all(|(a, b)| Arc::ptr_eq(a, b))
         };
-        Ok(match known.filter(is_known) {
+        Ok(match before.map(|before| &before.field.reduction).filter(is_known) {
             Some(reduction) => reduction.clone(),
             None => Arc::new(Reduction::new(solved, &cells, allowed)),
         })
     }
 
-    /// The mean density of each gas in cells.
-    fn glow(&self, cells: &SweepCells) -> Vec<Vec<f32>> {
-        self.draft.space.gas().iter().map(|gas| cells.means(gas)).collect()
-    }
-
-    /// All that the light of some terms depends on.
-    fn origin(
-        &self,
-        (cells, fineness, kernels): (&SweepCells, Fineness, &[NearFieldKernel]),
-        numbers: &[usize],
-        glow: &[Vec<f32>],
-    ) -> FieldOrigin {
-        let space = &*self.draft.space;
-        let none = || Arc::new(Grid::from_lattice(cells.lattice.clone(), Vec::new()));
-        let terms: Vec<Term> = numbers.iter().map(|number| self.terms[*number]).collect();
-        FieldOrigin {
-            lattice: cells.lattice.clone(),
-            sigma: cells.sigma.clone(),
-            dust: space.dust.clone().unwrap_or_else(none),
-            places: space.stars.clone(),
-            star_factor: space.star_factor,
-            precision: space.precision,
-            kernels: kernels.iter().map(|kernel| NearFieldKernel::even(kernel.reach_pc)).collect(),
-            direct_sources: DirectSources::new(self.draft, numbers, &terms, glow),
-            terms,
-            directions: fineness.directions,
-            harmonics: count(self.kept_degree(fineness)),
-            bounces: self.draft.scene.method.bounces,
-        }
-    }
-
     /// Light of an origin: that which is known, that of the cache, or a new solution.
-    fn solved<'b>(
+    fn solved(
         &self,
         origin: FieldOrigin,
         cells: &SweepCells,
         fineness: Fineness,
-        mut known: impl Iterator<Item = &'b Arc<Solved>>,
+        before: Option<&MultipleScattering>,
         control: &Control,
     ) -> Result<Arc<Solved>> {
+        let mut known = before.into_iter().flat_map(|before| before.field.solved());
         if let Some(known) = known.find(|known| known.origin == origin) {
             return Ok(known.clone());
         }
         let faces = fineness.directions.map(faces);
         let medium = TermMedium { space: &self.draft.space, cells, faces: faces.each_ref().map(|f| &f[..]), origin };
-        // Fields of previews change too often to be stored.
-        let is_preview = (fineness.directions, fineness.degree) == (Fineness::PREVIEW.directions, Fineness::PREVIEW.degree);
-        let cache = self.draft.options.cache.as_deref().filter(|_| !is_preview);
+        // Small fields are solved as soon as they are read.
+        let cache = self.draft.options.cache.as_deref().filter(|_| fineness.cells > SMALL);
         medium.stored(cache, &self.sweepers, control).map(Arc::new)
     }
 

@@ -5,13 +5,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cells::SweepCells;
+use super::eye_source::trilinear;
 use super::field::Field as ScatteredField;
 use super::lanes::WIDTH;
 use super::moments::Moments;
 use super::view::Viewpoint;
 use crate::control::Control;
 use crate::error::Result;
-use crate::field::{Field, Lattice};
+use crate::field::Field;
 use crate::phase::Phase;
 use crate::plan::draft::Draft;
 use crate::plan::many_lights::near_field_kernel::{PROFILE, Profile, depth_within};
@@ -105,7 +106,7 @@ impl SpotCheck {
         let mut deviation = Deviation { wrong: 0.0, all: 0.0 };
         let FirstLight { field, far, near: profiles, view } = light;
         for (part, far) in field.parts.iter().zip(*far) {
-            let mut found = interpolated(self.place, &field.finest().cells.lattice, far);
+            let mut found = trilinear(&field.finest().cells.lattice, &far.data, self.place).map(f64::from);
             let mut exact = [0.0; WIDTH];
             for (star, sent) in part.sent.iter().enumerate() {
                 let offset = self.place - many_lights.places[star];
@@ -130,23 +131,4 @@ impl SpotCheck {
         }
         deviation
     }
-}
-
-/// The far field at a place, as the march reads it.
-fn interpolated(place: DVec3, lattice: &Lattice, far: &Moments) -> [f64; WIDTH] {
-    let u = (place - lattice.bounds.low) / lattice.voxel_pc() - 0.5;
-    let mut sum = [0.0; WIDTH];
-    for corner in 0..8 {
-        let (mut cell, mut share) = ([0; 3], 1.0);
-        for axis in 0..3 {
-            let last = (lattice.dims[axis] - 1) as f64;
-            let at = u[axis].clamp(0.0, last);
-            let up = f64::from(corner >> axis & 1);
-            cell[axis] = (at.floor() + up).min(last) as usize;
-            share *= if up > 0.0 { at - at.floor() } else { 1.0 - (at - at.floor()) };
-        }
-        let [x, y, z] = cell;
-        sum.iter_mut().zip(far.cell(lattice.index(x, y, z))[0]).for_each(|(s, light)| *s += share * f64::from(light));
-    }
-    sum
 }

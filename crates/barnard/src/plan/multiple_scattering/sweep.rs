@@ -51,7 +51,7 @@ impl<'a> Medium<'a> {
 
 /// The sources of light for one term.
 pub struct Sources<'a> {
-    /// Extinction in parts of that at V.
+    /// Extinction relative to V.
     pub k: f32,
     /// J_lm of each cell: light that scatters.
     pub scattered: &'a Rows,
@@ -142,7 +142,7 @@ fn sweep_face(medium: &Medium, face: &Face, sources: &Sources, out: &mut Rows) {
     let row_length = out.row_length();
     for step in 0..dims[axis] {
         let plane = if face.up { step } else { dims[axis] - 1 - step };
-        // Rows of a plane lie in parts of the moments that do not overlap.
+        // Rows of a plane do not overlap in the moments.
         let first = plane * strides[axis];
         let parts = out.rows_from(first).par_chunks_mut(strides[along] * row_length).take(rows);
         after[margin..margin + rows].par_iter_mut().zip(parts).enumerate().with_min_len(TASK.div_ceil(columns * beams.len())).for_each(

@@ -58,8 +58,8 @@ impl<'a> Planes<'a> {
         Self { dust, axes, backwards: sign < 0.0, first: 0, block: Vec::new(), copied: [0..0, 0..0] }
     }
 
-    /// Writes σ on the plane at `w` [voxels of dust] within a window of the part's columns and rows; what `out` holds
-    /// elsewhere means nothing. `far` is the window on the last plane that will be asked for before others are copied.
+    /// Writes σ on the plane at `w` [voxels of dust] within a window of the part's columns and rows; values of `out` elsewhere
+    /// are arbitrary. `far` is the window on the last plane of the block that is copied at once.
     pub fn slab(&mut self, w: f64, [columns, rows]: &[Range<usize>; 2], far: &[Range<usize>; 2], out: &mut Vec<f32>) {
         let [nu, nv, nw] = self.axes.map(|a| self.dust.grid.lattice().dims[a]);
         let (whole, first) = (self.dust.dims[self.axes[2]], self.dust.first[self.axes[2]]);

@@ -39,7 +39,7 @@ impl Store {
     pub fn corners(&self, sides: [[usize; 2]; 3]) -> [f64; 8] {
         match self {
             Self::Rows(_, values) => {
-                // The memory is asked for once, not for each corner.
+                // One virtual call for all corners.
                 let values: &[f32] = values;
                 at_corners(sides, |at| values[at])
             }
