@@ -95,7 +95,7 @@ impl Accuracy {
     /// Accuracy of a first look.
     pub const COARSE: Self = Self { is_exact: false, settled: 3e-2, depth: 1.0, thickness: 0.15, counts: 3e-3, used_up: 1e-4 };
     /// Accuracy for clouds in three dimensions.
-    pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.3, thickness: 0.12, counts: 1e-3, used_up: 1e-5 };
+    pub const FAST: Self = Self { is_exact: false, settled: 1e-2, depth: 0.3, thickness: 0.12, counts: 1e-3, used_up: 1e-4 };
 }
 
 /// Gas of several beams under light.

@@ -19,6 +19,12 @@ use crate::packet::{Packet, Trial};
 
 /// The first step from the star itself, in parts of the way that there is \[1\].
 const NEAREST: f64 = 1e-3;
+/// Neutral fraction of hydrogen up to which gas counts as ionised \[1\].
+const IONISED: f64 = 0.1;
+/// The same for gas that is predicted: lower, so that gas which was refused once is not predicted to be ionised again.
+const PREDICTED_IONISED: f64 = 0.05;
+/// Fraction of the light below which neutral gas needs no voxels, as it can shine little \[1\].
+const FAINT: f64 = 1e-3;
 
 /// Light within a solid angle.
 #[derive(Debug, Clone)]
@@ -173,19 +179,56 @@ impl<'a> Beam<'a> {
         if self.all > 0.0 { self.light.ionising_of(&self.photons) / self.all } else { 0.0 }
     }
 
+    /// True if the beam has met no gas yet.
+    pub fn is_fresh(&self) -> bool {
+        self.near.flux <= 0.0
+    }
+
     /// True if next to nothing of the light is left.
     pub fn is_used_up(&self) -> bool {
         self.light.ionising_of(&self.photons) <= self.accuracy.used_up * self.all
     }
 
-    /// Begins the next step in a lane: at most a given length \[cm\] through gas of a given density of hydrogen \[cm⁻³\].
-    pub fn begin(&mut self, (packet, lane): (&mut Packet, usize), hydrogen: f64, most_cm: f64) {
-        // What is neutral goes by the square of the density.
-        self.next_cm *= (self.near.hydrogen / hydrogen).powi(2).clamp(1e-6, 1e6);
-        self.attempt((packet, lane), hydrogen, most_cm);
+    /// True if a length \[cm\] of gas with a density of hydrogen \[cm⁻³\] is expected to need no voxels: it is transparent, and almost
+    /// completely ionised or, where the beam crosses a whole block, faint. A beam that has met no gas yet expects this of any gas that is
+    /// not too near to the star.
+    pub fn expects_thin(&self, hydrogen: f64, length_cm: f64, is_whole: bool) -> bool {
+        if length_cm > self.accuracy.thickness * self.radius_cm {
+            return false;
+        }
+        if self.is_fresh() || hydrogen <= 0.0 {
+            return true;
+        }
+        let flux = self.light.ionising_of(&self.photons) / (self.solid_angle * mean_square(self.radius_cm, length_cm));
+        let denser = hydrogen / self.near.hydrogen;
+        let is_ionised = self.near.state.fractions[0][0] * denser * self.near.flux <= PREDICTED_IONISED * flux;
+        (is_ionised || is_whole && self.left() <= FAINT) && length_cm * denser * denser <= self.next_cm
     }
 
-    fn attempt(&mut self, (packet, lane): (&mut Packet, usize), hydrogen: f64, most_cm: f64) {
+    /// Withdraws from a step in a block whose gas needs voxels, given the block's largest density relative to that of the step, and its
+    /// longest chord \[cm\]; true then. The beam remembers the gas.
+    pub fn withdraws(&mut self, (packet, lane): (&mut Packet, usize), contrast: f64, length_cm: f64) -> bool {
+        let Some(Attempt { trial, flux, .. }) = self.attempt else { return false };
+        let deepest = self.deepest(&packet.depths(lane));
+        let is_ionised = packet.neutral(lane) * contrast <= IONISED;
+        if (is_ionised || self.left() <= FAINT) && deepest * length_cm <= self.accuracy.depth * trial.thickness {
+            return false;
+        }
+        let outcome = packet.end(lane);
+        self.near = NearGas { state: outcome.state, hydrogen: trial.hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope };
+        self.next_cm = trial.thickness * self.accuracy.depth / deepest.max(1e-12);
+        self.attempt = None;
+        true
+    }
+
+    /// Begins the next step in a lane: at most a given length \[cm\] through a gas.
+    pub fn begin(&mut self, (packet, lane): (&mut Packet, usize), gas: &Gas, most_cm: f64) {
+        // What is neutral goes by the square of the density.
+        self.next_cm *= (self.near.hydrogen / gas.hydrogen).powi(2).clamp(1e-6, 1e6);
+        self.attempt((packet, lane), (gas.hydrogen, gas.hydrogen * gas.dust_cm2), most_cm);
+    }
+
+    fn attempt(&mut self, (packet, lane): (&mut Packet, usize), (hydrogen, dust): (f64, f64), most_cm: f64) {
         let longest = if self.radius_cm > 0.0 { self.accuracy.thickness * self.radius_cm } else { NEAREST * most_cm };
         let thickness = self.next_cm.min(most_cm).min(longest);
         let inner = self.radius_cm;
@@ -193,7 +236,7 @@ impl<'a> Beam<'a> {
         let flux = self.light.ionising_of(&self.photons) / area;
         let (state, rates) = self.near.at(hydrogen, flux);
         let known = self.field.map(|field| field.at(inner + 0.5 * thickness));
-        let trial = Trial { hydrogen, inner, thickness, area, state, emitted: rates, slope: self.near.slope, known };
+        let trial = Trial { hydrogen, dust, inner, thickness, area, state, emitted: rates, slope: self.near.slope, known };
         packet.begin(lane, &self.photons, &trial);
         self.attempt = Some(Attempt { trial, most_cm, flux });
     }
@@ -202,13 +245,13 @@ impl<'a> Beam<'a> {
     /// none yet.
     pub fn end(&mut self, (packet, lane): (&mut Packet, usize)) -> Option<BeamStep> {
         let Attempt { trial, most_cm, flux } = self.attempt.take()?;
-        let Trial { hydrogen, thickness, area, .. } = trial;
+        let Trial { hydrogen, dust, thickness, area, .. } = trial;
         let outcome = packet.end(lane);
         self.near = NearGas { state: outcome.state, hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope };
         let deepest = self.deepest(&outcome.depths);
         if deepest > 2.0 * self.accuracy.depth {
             self.next_cm = thickness * (self.accuracy.depth / deepest).clamp(1e-2, 0.5);
-            self.attempt((packet, lane), hydrogen, most_cm);
+            self.attempt((packet, lane), (hydrogen, dust), most_cm);
             return None;
         }
         for (node, photons) in self.photons.iter_mut().enumerate() {

@@ -7,7 +7,7 @@ use crate::atoms::{ELEMENTS, Element};
 use crate::balance::{Accuracy, Diffuse, Gas};
 use crate::error::IonisationError;
 use crate::light::IonisingLight;
-pub use crate::tally::Quantity;
+pub use crate::quantity::Quantity;
 
 /// Centimetres in a parsec.
 pub const PARSEC_CM: f64 = 100.0 * PARSEC;

@@ -191,7 +191,7 @@ impl<'a> VoxelSolver<'a> {
                     steps[1] += u64::from(step.moved > self.settings.accuracy.settled);
                     let left_cm = slab.end_cm - slab.beam.radius_cm;
                     if left_cm > 1e-12 * slab.end_cm && !slab.beam.is_used_up() {
-                        slab.beam.begin((&mut packet, lane), slab.gas.hydrogen, left_cm);
+                        slab.beam.begin((&mut packet, lane), &slab.gas, left_cm);
                     } else if let Some(mut slab) = place.take() {
                         let voxel = slab.voxel - first;
                         voxels[voxel] = self.end(&mut slab, |number, value| found[number * count + voxel] = value as f32);
@@ -205,7 +205,7 @@ impl<'a> VoxelSolver<'a> {
                         Some(near) => slab.beam.near_to(near),
                         None => packet.forget(lane),
                     }
-                    slab.beam.begin((&mut packet, lane), slab.gas.hydrogen, slab.end_cm - slab.beam.radius_cm);
+                    slab.beam.begin((&mut packet, lane), &slab.gas, slab.end_cm - slab.beam.radius_cm);
                     *place = Some(slab);
                 }
             }

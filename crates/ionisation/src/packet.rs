@@ -22,6 +22,8 @@ const FORESEEN: f64 = 0.75;
 pub struct Trial {
     /// Nuclei of hydrogen \[cm⁻³\].
     pub hydrogen: f64,
+    /// Opacity of dust \[cm⁻¹\].
+    pub dust: f64,
     /// Start \[cm\].
     pub inner: f64,
     /// Its length \[cm\].
@@ -67,6 +69,8 @@ pub struct Packet<'a> {
     /// The passes that each lane's step has had; none where it has no step.
     passes: [Option<u32>; LANES],
     hydrogen: Lanes,
+    /// Opacity of dust \[cm⁻¹\].
+    dust: Lanes,
     inner: Lanes,
     thickness: Lanes,
     area: Lanes,
@@ -102,6 +106,7 @@ impl<'a> Packet<'a> {
             near: Near::default(),
             passes: [None; LANES],
             hydrogen: Lanes::ONE,
+            dust: Lanes::ZERO,
             inner: Lanes::ONE,
             thickness: Lanes::ONE,
             area: Lanes::ONE,
@@ -132,7 +137,7 @@ impl<'a> Packet<'a> {
         self.emitted.iter_mut().zip(trial.emitted).for_each(|(lane_rates, value)| lane_rates[lane] = value);
         self.is_known[lane] = if trial.known.is_some() { 1.0 } else { 0.0 };
         self.known.iter_mut().zip(trial.known.unwrap_or_default()).for_each(|(lane_known, value)| lane_known[lane] = value);
-        (self.hydrogen[lane], self.inner[lane]) = (trial.hydrogen, trial.inner);
+        (self.hydrogen[lane], self.dust[lane], self.inner[lane]) = (trial.hydrogen, trial.dust, trial.inner);
         (self.thickness[lane], self.area[lane]) = (trial.thickness, trial.area);
         self.states.put(lane, &trial.state);
         if let Some(temperature) = self.gas.isothermal {
@@ -150,16 +155,25 @@ impl<'a> Packet<'a> {
         self.passes[lane].is_some_and(|passes| passes >= LEAST && self.moved[lane] < self.accuracy.settled || passes >= PASSES)
     }
 
+    /// A lane's neutral fraction of hydrogen \[1\].
+    pub fn neutral(&self, lane: usize) -> f64 {
+        self.states.part(Element::Hydrogen, 0)[lane]
+    }
+
+    /// A lane's depths by node \[1\].
+    pub fn depths(&self, lane: usize) -> ByNode {
+        std::array::from_fn(|node| self.depths[node][lane])
+    }
+
     /// Ends a lane's step.
     pub fn end(&mut self, lane: usize) -> Outcome {
         self.passes[lane] = None;
-        let lane_values = |values: &[Lanes; NODES]| std::array::from_fn(|node| values[node][lane]);
         Outcome {
             state: self.states.get(lane),
             emitted: self.emitted.map(|rates| rates[lane]),
             slope: self.thermostat.slope(lane),
-            depths: lane_values(&self.depths),
-            left: lane_values(&self.left),
+            depths: self.depths(lane),
+            left: std::array::from_fn(|node| self.left[node][lane]),
             means: self.means.map(|mean| mean[lane]),
             moved: self.moved[lane],
         }
@@ -190,12 +204,11 @@ impl<'a> Packet<'a> {
         for (number, (element, _)) in ABSORBERS.into_iter().enumerate() {
             absorbers[number] = nuclei(element) * self.absorbing[number];
         }
-        let dust = self.hydrogen * self.gas.dust_cm2;
         let mut falls = [Lanes::ZERO; ABSORBERS.len()];
         let per_area = Lanes::ONE / self.area;
         let distance = self.inner + self.thickness * 0.5;
         for node in 0..nodes {
-            let mut opacity = dust;
+            let mut opacity = self.dust;
             for (ion, sigma) in &self.light.metals[node] {
                 opacity += metals[*ion] * *sigma;
             }
@@ -292,7 +305,7 @@ mod tests {
         let density = |other: usize| if other == lane { 100.0 } else { 10.0 + 70.0 * other as f64 };
         let begin = |packet: &mut Packet, beams: &mut [Beam], lane: usize| {
             packet.forget(lane);
-            beams[lane].begin((packet, lane), density(lane), 1e17);
+            beams[lane].begin((packet, lane), &Gas::new(density(lane), BENCHMARKS[0].gas.abundances), 1e17);
         };
         others.iter().chain([&lane]).for_each(|lane| begin(&mut packet, &mut beams, *lane));
         let mut found = Vec::new();

@@ -5,17 +5,21 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use crate::balance::Accuracy;
-use crate::cloud::{Cloud, Ionised, PARSEC_CM, Quantity, Settings, Star, Watch, block_means, block_of};
+use crate::blocks::Blocks;
+use crate::cloud::{Cloud, Ionised, Quantity, Settings, Star, Watch, block_means, block_of};
 use crate::error::IonisationError;
 use crate::follow::Follow;
 use crate::known::{Known, dark};
 use crate::lit::{BEHIND, Lit};
 use crate::processor::{Processor, Tracers};
 use crate::rays::Rays;
+use crate::spread::spread;
 use crate::tally::Tally;
 use crate::tracer::{Light, RayTracer, Task};
 use crate::voxel::Voxel;
 
+/// Voxels along the edges of blocks in which one star's beams cross thin gas.
+const BLOCKS: [usize; 2] = [2, 4];
 /// Clouds of several stars are not solved on fewer voxels than this along their shortest edge, before they are on more.
 const COARSEST: usize = 12;
 /// Changes, in parts of the one that is asked for, from which on the gas is solved as exactly as it is asked for: passes bring it
@@ -97,25 +101,30 @@ impl Cloud<'_> {
         Ok(ionised)
     }
 
-    /// The bytes that a given number of voxels, stars, nodes and quantities take: sums by quantity; for several stars what is known of each
+    /// The bytes that a given number of voxels, stars, nodes and quantities take at most: sums by quantity of voxels and blocks; for several stars what is known of each
     /// voxel before a pass and behind it, the light of one star as sums, that of all, and Γ by that of each.
     pub fn bytes(cells: usize, stars: usize, nodes: usize, quantities: usize) -> u64 {
         let of_several = 2 * size_of::<Voxel>() + Lit::bytes(nodes) + 4 * (nodes + BEHIND + stars + 3) + 8 * quantities;
-        let bytes = if stars > 1 { of_several } else { 12 * (quantities + 1) };
+        let bytes = if stars > 1 { of_several } else { 16 * (quantities + 1) };
         (cells as u64).saturating_mul(bytes as u64)
     }
 
     /// Result with one star.
     fn of_one(&self, star: &Star, settings: &Settings, quantities: &[Quantity], work: &StarPasses) -> Result<Ionised, IonisationError> {
-        let tally = Tally::new(self.hydrogen.len(), (self.voxel * PARSEC_CM).element_product(), quantities);
-        let follow = Follow { rays: Rays { cloud: self, place: star.place }, light: star.light, settings, tally: &tally };
+        let blocks = BLOCKS.map(|edge| Blocks::new(self, edge));
+        let levels: Vec<Cloud> = std::iter::once(self.clone()).chain(blocks.iter().map(|blocks| blocks.cloud(self))).collect();
+        let rays: Vec<Rays> = levels.iter().map(|cloud| Rays { cloud, place: star.place }).collect();
+        let tally = Tally::new(&levels, quantities);
+        let follow = Follow { levels: &rays, blocks: &blocks, light: star.light, settings, tally: &tally };
         let listener = |done: u64| work.add(done, work.all);
-        if !follow.rays.in_parts(&listener, |patches| follow.patches(patches, &|| listener(0))) {
+        let patches = rays[0].sent_out_in_blocks(blocks.last().map_or(1, |blocks| blocks.edge));
+        if !rays[0].in_parts(&patches, &listener, |patches| follow.patches(patches, &|| listener(0))) {
             return Err(IonisationError::Stopped);
         }
         let [steps, unsettled] = tally.steps();
         let escaped = vec![tally.cache.escaped()];
-        Ok(Ionised { quantities: tally.quantities(), passes: 1, change: 0.0, escaped, steps, unsettled, by: Processor.name() })
+        let quantities = spread(self, &blocks, &tally);
+        Ok(Ionised { quantities, passes: 1, change: 0.0, escaped, steps, unsettled, by: Processor.name() })
     }
 
     /// Result with several stars, and their light.

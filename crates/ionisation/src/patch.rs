@@ -59,10 +59,15 @@ impl Patch {
         DVec3::from(direction).normalize()
     }
 
+    /// The directions of its corners.
+    pub fn corners(self) -> [DVec3; 4] {
+        [[0, 0], [2, 0], [0, 2], [2, 2]].map(|corner| self.towards(corner))
+    }
+
     /// The largest angle between its middle and its corners \[rad\].
     pub fn reach(self) -> f64 {
         let middle = self.direction();
-        [[0, 0], [2, 0], [0, 2], [2, 2]].map(|corner| self.towards(corner).dot(middle).min(1.0).acos()).into_iter().fold(0.0, f64::max)
+        self.corners().map(|corner| corner.dot(middle).min(1.0).acos()).into_iter().fold(0.0, f64::max)
     }
 
     /// Its solid angle \[sr\].

@@ -33,21 +33,25 @@ pub struct Rays<'a> {
 impl Rays<'_> {
     /// The patches of all beams that the place sends to the cloud.
     pub fn sent_out(&self) -> Vec<Patch> {
+        self.sent_out_in_blocks(1)
+    }
+
+    /// Variant for beams as wide as blocks of that many voxels along an edge, where all of a beam meets the cloud.
+    pub fn sent_out_in_blocks(&self, edge: usize) -> Vec<Patch> {
         let mut patches = Vec::new();
-        Patch::all(FIRST).for_each(|patch| self.begin(patch, &mut patches));
+        Patch::all(FIRST).for_each(|patch| self.begin(patch, edge as f64, &mut patches));
         patches
     }
 
-    /// Has all patches that are sent out followed, some at a time; `listener` receives the number of finished voxels. Gives false where it or
+    /// Has patches followed, some at a time; `listener` receives the number of finished voxels. Gives false where it or
     /// `follow` did not want to go on.
-    pub fn in_parts(&self, listener: Listener, follow: impl Fn(&[Patch]) -> bool + Sync) -> bool {
-        let patches = self.sent_out();
+    pub fn in_parts(&self, patches: &[Patch], listener: Listener, follow: impl Fn(&[Patch]) -> bool + Sync) -> bool {
         let each = (self.cloud.hydrogen.len() / patches.len().div_ceil(LANES).max(1)) as u64;
         patches.par_chunks(LANES).all(|patches| listener(0) && follow(patches) && listener(each))
     }
 
     /// A patch whose beam meets the cloud, or its parts where that is too wide there.
-    fn begin(&self, patch: Patch, patches: &mut Vec<Patch>) {
+    fn begin(&self, patch: Patch, edge: f64, patches: &mut Vec<Patch>) {
         let (low, high) = (self.cloud.low - self.place, self.cloud.high() - self.place);
         let middle = 0.5 * (low + high);
         if patch.level() == DEEPEST {
@@ -61,12 +65,19 @@ impl Rays<'_> {
         }
         // Where its middle misses the cloud, a part of it may meet the farthest corner.
         let enters = self.clipped(patch.direction()).map(|(enters, _)| enters);
-        if enters.unwrap_or_else(|| self.farthest()) > self.widest(patch.solid_angle()) {
-            return patch.parts().into_iter().for_each(|part| self.begin(part, patches));
+        let enters_at = enters.unwrap_or_else(|| self.farthest());
+        let widest = self.widest(patch.solid_angle());
+        if enters_at > edge * widest || enters_at > widest && self.leaves_first(patch) <= enters_at {
+            return patch.parts().into_iter().for_each(|part| self.begin(part, edge, patches));
         }
         if enters.is_some() {
             patches.push(patch);
         }
+    }
+
+    /// The distance up to which all of a patch is within the cloud or in front of it \[pc\]; zero where a corner misses it.
+    pub fn leaves_first(&self, patch: Patch) -> f64 {
+        patch.corners().map(|corner| self.clipped(corner).map_or(0.0, |(_, far)| far)).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// The distance of the farthest corner \[pc\].
@@ -165,6 +176,11 @@ impl Way {
     #[inline(always)]
     pub fn exit(&self) -> f64 {
         self.next[0].min(self.next[1]).min(self.next[2]).max(self.at + self.little)
+    }
+
+    /// Entry into the voxel, which lies behind the position where the ray begins in the voxel \[pc\].
+    pub fn entry(&self) -> f64 {
+        (0..3).map(|axis| self.next[axis] - self.apart[axis]).filter(|entry| entry.is_finite()).fold(0.0, f64::max)
     }
 
     /// Goes on to the next voxel, behind its exit; false where it leaves the cloud.

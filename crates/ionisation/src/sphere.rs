@@ -81,7 +81,7 @@ impl Sphere {
         let mut packet = Packet::new(light, diffuse, accuracy, gas);
         let mut shells = Vec::new();
         while beam.radius_cm < radii_cm[1] * (1.0 - 1e-12) && !beam.is_used_up() {
-            beam.begin((&mut packet, 0), gas.hydrogen, radii_cm[1] - beam.radius_cm);
+            beam.begin((&mut packet, 0), &gas, radii_cm[1] - beam.radius_cm);
             shells.push(loop {
                 packet.pass();
                 if packet.has_settled(0)

@@ -48,6 +48,23 @@ impl GasState {
         Self { temperature: COLDEST, electrons: 1e-6 * gas.hydrogen, fractions }
     }
 
+    /// The gas at a density `denser` times as high under the same light, if its temperature stays: recombinations are as many times
+    /// more frequent, so that each charge becomes rarer relative to the one below.
+    #[must_use]
+    pub fn denser(&self, denser: f64) -> Self {
+        let mut state = Self { electrons: self.electrons * denser, ..*self };
+        for fractions in &mut state.fractions {
+            let mut factor = 1.0;
+            for part in fractions.iter_mut() {
+                *part *= factor;
+                factor /= denser;
+            }
+            let all: f64 = fractions.iter().sum();
+            fractions.iter_mut().for_each(|part| *part /= all);
+        }
+        state
+    }
+
     /// The density of an ion \[cm⁻³\].
     pub fn density(&self, gas: &Gas, element: Element, charge: usize) -> f64 {
         gas.hydrogen * gas.abundances[element as usize] * self.fractions[element as usize][charge]

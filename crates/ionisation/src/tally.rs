@@ -1,38 +1,25 @@
-//! Beam contributions to voxels: sums in whole units, which are the same in whatever order they come.
+//! Beam contributions to voxels and blocks: sums in whole units, which are the same in whatever order they come.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::prelude::*;
-
 use crate::balance::{Gas, GasState};
+use crate::cloud::{Cloud, PARSEC_CM};
+use crate::quantity::Quantity;
 
+/// Cells along the edge of a page.
+const PAGE: usize = 8;
+/// Factor of density with which exponents are found \[1\], and the exponents that are told apart.
+const DENSER: f64 = 1.25;
+const EXPONENTS: [f64; 2] = [-2.0, 6.0];
 /// Units of a sum for the most that it may be in a voxel: a thousand times as much is still counted.
 const UNITS: f64 = (1u64 << 54) as f64;
 
-/// Requested quantities of the gas in each voxel.
-pub struct Quantity<'a> {
-    /// The most that it can be: what is more counts as that.
-    pub most: f64,
-    /// Value for a gas and its state.
-    pub value: &'a (dyn Fn(&Gas, &GasState) -> f64 + Sync),
-}
-
-impl Quantity<'_> {
-    /// Quantity of a gas, relative to its maximum.
-    pub(crate) fn part(&self, gas: &Gas, state: &GasState) -> f64 {
-        ((self.value)(gas, state) / self.most).clamp(0.0, 1.0)
-    }
-}
-
-/// Sums of what is asked for.
+/// Sums of what is asked for, over voxels and over blocks of them.
 pub struct Tally<'a> {
     quantities: &'a [Quantity<'a>],
-    /// The volume that beams have seen of each voxel, in parts of it.
-    volume: Vec<AtomicU64>,
-    /// By quantity its sum.
-    sums: Vec<Vec<AtomicU64>>,
-    /// \[cm³\]
-    voxel_volume: f64,
+    /// By level, from voxels to the largest blocks.
+    levels: Vec<Sums>,
     /// Steps, and those that did not settle.
     steps: AtomicU64,
     unsettled: AtomicU64,
@@ -40,10 +27,87 @@ pub struct Tally<'a> {
     pub cache: AbsorbedShare,
 }
 
-/// Statistics of a voxel along a beam: a part of its volume, and sums by quantity in parts of their most.
+/// Sums over cells of one size.
+struct Sums {
+    dims: [usize; 3],
+    /// Volume of a cell \[cm³\].
+    cell_volume: f64,
+    /// Numbers of a cell: the volume that beams have seen of it, in parts of it; by quantity its sum; in blocks by quantity the sum of
+    /// its exponents of density.
+    each: usize,
+    /// Cubes of [`PAGE`] cells along each edge that a beam has met.
+    pages: Vec<OnceLock<Box<[AtomicU64]>>>,
+}
+
+/// What a beam has seen of a cell: a part of its volume, and sums by quantity in parts of their most, in blocks followed by those of
+/// exponents.
 pub struct Seen {
     part: f64,
     values: Vec<f64>,
+}
+
+/// Means of a cell.
+pub struct CellMeans<'a> {
+    /// The volume that beams have seen of it, in parts of it \[1\].
+    pub volume: f64,
+    sums: &'a [AtomicU64],
+}
+
+impl CellMeans<'_> {
+    /// Mean of a quantity, in parts of its most.
+    pub fn mean(&self, quantity: usize) -> f64 {
+        self.sum(quantity) / self.volume
+    }
+
+    /// Mean exponent of the density with which a quantity varies within a block.
+    pub fn exponent(&self, quantity: usize) -> f64 {
+        let (sum, exponents) = (self.sum(quantity), self.sum(self.sums.len() / 2 + quantity));
+        if sum > 0.0 { EXPONENTS[0] + (EXPONENTS[1] - EXPONENTS[0]) * exponents / sum } else { 0.0 }
+    }
+
+    fn sum(&self, place: usize) -> f64 {
+        self.sums[place].load(Ordering::Relaxed) as f64 / UNITS
+    }
+}
+
+impl Sums {
+    fn new(cloud: &Cloud, each: usize) -> Self {
+        let pages = cloud.dims.map(|n| n.div_ceil(PAGE)).iter().product();
+        let cell_volume = (cloud.voxel * PARSEC_CM).element_product();
+        Self { dims: cloud.dims, cell_volume, each, pages: (0..pages).map(|_| OnceLock::new()).collect() }
+    }
+
+    /// The page of a cell, and where the cell begins in it.
+    fn place(&self, [x, y, z]: [usize; 3]) -> (usize, usize) {
+        let [nx, ny, _] = self.dims.map(|n| n.div_ceil(PAGE));
+        let page = (z / PAGE * ny + y / PAGE) * nx + x / PAGE;
+        (page, ((z % PAGE * PAGE + y % PAGE) * PAGE + x % PAGE) * self.each)
+    }
+
+    fn add(&self, cell: usize, seen: &mut Seen) {
+        let (page, first) = self.place(place_of(self.dims, cell));
+        let page = self.pages[page].get_or_init(|| (0..PAGE * PAGE * PAGE * self.each).map(|_| AtomicU64::new(0)).collect());
+        let add = |place: usize, value: &mut f64| {
+            let value = std::mem::take(value);
+            if value > 0.0 {
+                page[first + place].fetch_add(unit(value), Ordering::Relaxed);
+            }
+        };
+        add(0, &mut seen.part);
+        seen.values.iter_mut().take(self.each - 1).enumerate().for_each(|(place, value)| add(1 + place, value));
+    }
+
+    fn means(&self, place: [usize; 3]) -> Option<CellMeans<'_>> {
+        let (page, first) = self.place(place);
+        let (volume, sums) = self.pages[page].get()?[first..first + self.each].split_first()?;
+        let volume = volume.load(Ordering::Relaxed) as f64 / UNITS;
+        (volume > 0.0).then_some(CellMeans { volume, sums })
+    }
+}
+
+/// The place of a cell along x, y and z.
+fn place_of([nx, ny, _]: [usize; 3], cell: usize) -> [usize; 3] {
+    [cell % nx, cell / nx % ny, cell / (nx * ny)]
 }
 
 /// The part of a star's photons that stays in a cloud.
@@ -67,53 +131,47 @@ fn unit(part: f64) -> u64 {
     (part * UNITS) as u64
 }
 
-fn zeros(count: usize) -> Vec<AtomicU64> {
-    (0..count).map(|_| AtomicU64::new(0)).collect()
-}
-
-/// The mean of a sum whose most is given, over a volume in whole units; nothing where there is no volume.
-fn mean(sum: &AtomicU64, most: f64, volume: f64) -> f32 {
-    if volume > 0.0 { (most * sum.load(Ordering::Relaxed) as f64 / volume) as f32 } else { 0.0 }
-}
-
 impl<'a> Tally<'a> {
-    /// Nothing yet, in a given number of voxels of a volume in cm³.
-    pub fn new(cells: usize, voxel_volume: f64, quantities: &'a [Quantity<'a>]) -> Self {
+    /// Nothing yet, in the cells of each level: voxels, and blocks of them.
+    pub fn new(levels: &[Cloud], quantities: &'a [Quantity<'a>]) -> Self {
+        let each = |level: usize| 1 + quantities.len() * if level > 0 { 2 } else { 1 };
         Self {
             quantities,
-            volume: zeros(cells),
-            sums: quantities.iter().map(|_| zeros(cells)).collect(),
-            voxel_volume,
+            levels: levels.iter().enumerate().map(|(level, cloud)| Sums::new(cloud, each(level))).collect(),
             steps: AtomicU64::new(0),
             unsettled: AtomicU64::new(0),
             cache: AbsorbedShare::default(),
         }
     }
 
-    /// Nothing yet of a beam in a voxel.
+    /// Nothing yet of a beam in a cell.
     pub fn seen(&self) -> Seen {
-        Seen { part: 0.0, values: vec![0.0; self.sums.len()] }
+        Seen { part: 0.0, values: vec![0.0; 2 * self.quantities.len()] }
     }
 
-    /// Has a beam see gas in a volume \[cm³\].
-    pub fn see(&self, seen: &mut Seen, volume: f64, gas: &Gas, state: &GasState) {
-        let part = volume / self.voxel_volume;
+    /// Has a beam see gas in a volume \[cm³\] of a cell of some level.
+    pub fn see(&self, (level, seen): (usize, &mut Seen), volume: f64, gas: &Gas, state: &GasState) {
+        let part = volume / self.levels[level].cell_volume;
         seen.part += part;
-        for (quantity, sum) in self.quantities.iter().zip(&mut seen.values) {
-            *sum += part * quantity.part(gas, state);
+        let (sums, exponents) = seen.values.split_at_mut(self.quantities.len());
+        if level == 0 {
+            return self.quantities.iter().zip(sums).for_each(|(quantity, sum)| *sum += part * quantity.part(gas, state));
+        }
+        let (denser_gas, denser_state) = (Gas { hydrogen: gas.hydrogen * DENSER, ..*gas }, state.denser(DENSER));
+        for ((quantity, sum), exponents) in self.quantities.iter().zip(sums).zip(exponents) {
+            let value = quantity.part(gas, state);
+            *sum += part * value;
+            if value > 0.0 {
+                let exponent = (quantity.part(&denser_gas, &denser_state) / value).ln() / DENSER.ln();
+                *exponents += part * value * ((exponent - EXPONENTS[0]) / (EXPONENTS[1] - EXPONENTS[0])).clamp(0.0, 1.0);
+            }
         }
     }
 
-    /// Adds what a beam has seen of a voxel, and has it begin anew.
-    pub fn add(&self, voxel: usize, seen: &mut Seen) {
+    /// Adds what a beam has seen of a cell of some level, and has it begin anew.
+    pub fn add(&self, (level, cell): (usize, usize), seen: &mut Seen) {
         if seen.part > 0.0 {
-            self.volume[voxel].fetch_add(unit(std::mem::take(&mut seen.part)), Ordering::Relaxed);
-            for (sums, value) in self.sums.iter().zip(&mut seen.values) {
-                let value = std::mem::take(value);
-                if value > 0.0 {
-                    sums[voxel].fetch_add(unit(value), Ordering::Relaxed);
-                }
-            }
+            self.levels[level].add(cell, seen);
         }
     }
 
@@ -128,12 +186,13 @@ impl<'a> Tally<'a> {
         [&self.steps, &self.unsettled].map(|count| count.load(Ordering::Relaxed))
     }
 
-    /// The means of what is asked for.
-    pub fn quantities(&self) -> Vec<Vec<f32>> {
-        let sum = |(quantity, sums): (&Quantity, &Vec<AtomicU64>)| {
-            let voxels = sums.par_iter().zip(&self.volume);
-            voxels.map(|(sum, volume)| mean(sum, quantity.most, volume.load(Ordering::Relaxed) as f64)).collect()
-        };
-        self.quantities.iter().zip(&self.sums).map(sum).collect()
+    /// The means of a cell of some level that a beam has met.
+    pub fn means(&self, level: usize, place: [usize; 3]) -> Option<CellMeans<'_>> {
+        self.levels[level].means(place)
+    }
+
+    /// Requested quantities.
+    pub fn quantities(&self) -> &'a [Quantity<'a>] {
+        self.quantities
     }
 }

@@ -39,7 +39,7 @@ impl Turns for OnProcessor<'_> {
                 transport.send(*patch);
                 listener(0)
             };
-            if !rays.in_parts(listener, |patches| patches.iter().all(send)) {
+            if !rays.in_parts(&rays.sent_out(), listener, |patches| patches.iter().all(send)) {
                 return Err(Failure::Stopped);
             }
             escaped.push(transport.cache.escaped());

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use ionisation::atoms::{Atoms, BOLTZMANN_EV, LineTable};
-use ionisation::balance::{Diffuse, Gas, GasState};
+use ionisation::balance::{Accuracy, Diffuse, Gas, GasState};
 use ionisation::benchmarks::BENCHMARKS;
 use ionisation::cloud::{Cloud, Ionised, Quantity, Settings, Star};
 use ionisation::error::IonisationError;
@@ -74,6 +74,47 @@ fn hii40() {
     let radius = (all(&found[6]) / sphere.sum(|s| s.electrons)).cbrt();
     println!("R {radius:.5}, a voxel is {:.3} of it", voxel / 4.73);
     assert!((radius - 1.0).abs() < 0.1 * voxel / 4.73, "{radius}");
+}
+
+/// Thin gas solved in blocks, compared with a solution in voxels: densities that vary by a factor of four, and a clump with its front
+/// and its shadow.
+#[test]
+fn blocks_are_as_voxels() {
+    let light = IonisingLight::blackbody(40_000.0, 3e49);
+    let (edge, half) = (64, 1.0);
+    let hydrogen: Vec<f32> = (0..edge * edge * edge)
+        .map(|i| {
+            let p = DVec3::new((i % edge) as f64, (i / edge % edge) as f64, (i / edge / edge) as f64) * (2.0 / edge as f64) - 1.0;
+            let clump = 2e3 * (-((p - DVec3::new(0.2, 0.1, -0.1)).length_squared() / 0.02)).exp();
+            (30.0 * (0.7 * ((9.0 * p.x).sin() * (7.0 * p.y).cos() + (11.0 * p.z).sin()) * 0.5).exp() + clump) as f32
+        })
+        .collect();
+    let cloud = Cloud { dust_cm2: 5e-22, ..cube(&hydrogen, edge, half) };
+    let lines = ["Ba4-2", "[OIII]5007", "[NII]6584", "[OII]3726", "[SII]6716"].map(line);
+    let quantities: Vec<Quantity> = lines.iter().map(|value| Quantity { most: 1e-16, value }).collect();
+    let star = Star { place: DVec3::new(0.3, -0.2, -3.5), light: &light };
+    let solved = |settings: &Settings| cloud.ionised(&[star], settings, &quantities, &|_, _| true).unwrap();
+    let blocks = solved(&Settings::default());
+    // Blocks are longer than these steps may be.
+    let accuracy = Accuracy { thickness: 0.015, ..Accuracy::FAST };
+    let voxels = solved(&Settings { accuracy, ..Settings::default() });
+    println!("{} steps, {} in voxels", blocks.steps, voxels.steps);
+    assert!(blocks.steps < voxels.steps / 2);
+    assert!((blocks.escaped[0] - voxels.escaped[0]).abs() < 3e-3 * (1.0 - voxels.escaped[0]), "{:?} {:?}", blocks.escaped, voxels.escaped);
+    for (number, (found, truth)) in blocks.quantities.iter().zip(&voxels.quantities).enumerate() {
+        let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
+        let mean = sum(truth) / truth.len() as f64;
+        let differences: Vec<f64> = found.iter().zip(truth).map(|(a, b)| f64::from(a - b)).collect();
+        let deviation = (differences.iter().map(|d| d * d).sum::<f64>() / truth.iter().map(|v| f64::from(v * v)).sum::<f64>()).sqrt();
+        let mut relative: Vec<f64> =
+            differences.iter().zip(truth).filter(|(_, v)| f64::from(**v) > 0.1 * mean).map(|(d, v)| (d / f64::from(*v)).abs()).collect();
+        relative.sort_by(f64::total_cmp);
+        let (total, most) = (sum(found) / sum(truth) - 1.0, relative[relative.len() * 99 / 100]);
+        println!("{number}: total {total:.2e}, root mean square {deviation:.2e}, 99 % of voxels {most:.2e}");
+        // Voxels with a front differ by a tenth, as they do beside voxels of half the size.
+        assert!(total.abs() < 0.01 && deviation < 0.06, "{number}: {total} {deviation}");
+        assert!(number > 0 || most < 0.04, "{most}");
+    }
 }
 
 /// Sums do not depend on how many threads there are; a wall throws a shadow whose edge is sharp, and light beside it is as
