@@ -15,13 +15,14 @@ use crate::atoms::{ELEMENTS, HYDROGEN_EV};
 use crate::balance::{Accuracy, Gas, GasState, SLOPE};
 use crate::emitted::EmittedLight;
 use crate::light::{ByNode, IonisingLight, OWN_NODES};
-use crate::packet::{Packet, Trial};
+use crate::packet::{Outcome, Packet, Trial};
 
 /// The first step from the star itself, in parts of the way that there is \[1\].
 const NEAREST: f64 = 1e-3;
 /// Neutral fraction of hydrogen up to which gas counts as ionised \[1\].
 const IONISED: f64 = 0.1;
-/// The same for gas that is predicted: lower, so that gas which was refused once is not predicted to be ionised again.
+/// Neutral fraction of hydrogen up to which gas is predicted to be ionised \[1\]. It is lower than [`IONISED`], so that a beam does not
+/// try a block again after it has withdrawn from it.
 const PREDICTED_IONISED: f64 = 0.05;
 /// Fraction of the light below which neutral gas needs no voxels, as it can shine little \[1\].
 const FAINT: f64 = 1e-3;
@@ -73,6 +74,11 @@ struct NearGas {
 }
 
 impl NearGas {
+    /// The gas of a step with a density of hydrogen \[cm⁻³\] under a flux of ionising photons \[s⁻¹ cm⁻²\].
+    fn new(outcome: &Outcome, hydrogen: f64, flux: f64) -> Self {
+        Self { state: outcome.state, hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope }
+    }
+
     /// Scaling of the gas to another density under a flux: there are as many times more electrons as
     /// it is denser, neutral parts are larger by that and by how much fainter the light is, light of recombinations is
     /// brighter by the square.
@@ -215,7 +221,7 @@ impl<'a> Beam<'a> {
             return false;
         }
         let outcome = packet.end(lane);
-        self.near = NearGas { state: outcome.state, hydrogen: trial.hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope };
+        self.near = NearGas::new(&outcome, trial.hydrogen, flux);
         self.next_cm = trial.thickness * self.accuracy.depth / deepest.max(1e-12);
         self.attempt = None;
         true
@@ -247,7 +253,7 @@ impl<'a> Beam<'a> {
         let Attempt { trial, most_cm, flux } = self.attempt.take()?;
         let Trial { hydrogen, dust, thickness, area, .. } = trial;
         let outcome = packet.end(lane);
-        self.near = NearGas { state: outcome.state, hydrogen, flux, emitted: outcome.emitted, slope: outcome.slope };
+        self.near = NearGas::new(&outcome, hydrogen, flux);
         let deepest = self.deepest(&outcome.depths);
         if deepest > 2.0 * self.accuracy.depth {
             self.next_cm = thickness * (self.accuracy.depth / deepest).clamp(1e-2, 0.5);

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use crate::balance::Gas;
-use crate::cloud::{Cloud, Settings};
+use crate::cloud::{Cloud, Settings, place_of};
 
-/// The largest density of a block in parts of its smallest one with which the gas of all its voxels follows from one solution \[1\].
+/// Ratio of the largest to the smallest density of a block up to which one solution stands for all its voxels \[1\].
 const EVEN: f32 = 8.0;
 
 /// Blocks of the same number of voxels along each edge.
@@ -61,7 +61,7 @@ impl Blocks {
 
 /// The voxels of a block.
 fn voxels_of(dims: [usize; 3], blocks: [usize; 3], edge: usize, block: usize) -> impl Iterator<Item = usize> {
-    let place = [block % blocks[0], block / blocks[0] % blocks[1], block / (blocks[0] * blocks[1])];
+    let place = place_of(blocks, block);
     let [x, y, z] = std::array::from_fn(|axis| place[axis] * edge..((place[axis] + 1) * edge).min(dims[axis]));
     z.flat_map(move |z| {
         let x = x.clone();

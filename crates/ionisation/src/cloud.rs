@@ -102,9 +102,8 @@ impl Cloud<'_> {
         if !(self.voxel.is_finite() && self.voxel.min_element() > 0.0 && self.low.is_finite()) {
             return Err(IonisationError::Voxel(self.voxel));
         }
-        let [nx, ny, _] = self.dims;
         if let Some(i) = self.hydrogen.iter().position(|n| !(0.0..=DENSEST).contains(n)) {
-            return Err(IonisationError::Density { voxel: [i % nx, i / nx % ny, i / (nx * ny)], value: self.hydrogen[i] });
+            return Err(IonisationError::Density { voxel: place_of(self.dims, i), value: self.hydrogen[i] });
         }
         for (element, value) in Element::ALL.into_iter().zip(self.abundances) {
             let allowed = match element {
@@ -150,8 +149,13 @@ pub fn block_means(dims: [usize; 3], values: &[f32], block: usize) -> ([usize; 3
     (blocks, means)
 }
 
+/// Position of a cell along x, y and z.
+pub(crate) fn place_of([nx, ny, _]: [usize; 3], cell: usize) -> [usize; 3] {
+    [cell % nx, cell / nx % ny, cell / (nx * ny)]
+}
+
 /// The block that a voxel is in.
-pub(crate) fn block_of([nx, ny, _]: [usize; 3], blocks: [usize; 3], block: usize, voxel: usize) -> usize {
-    let [x, y, z] = [voxel % nx, voxel / nx % ny, voxel / (nx * ny)].map(|place| place / block);
+pub(crate) fn block_of(dims: [usize; 3], blocks: [usize; 3], block: usize, voxel: usize) -> usize {
+    let [x, y, z] = place_of(dims, voxel).map(|place| place / block);
     (z * blocks[1] + y) * blocks[0] + x
 }

@@ -59,7 +59,7 @@ struct Walk<'a> {
 struct Cell {
     level: usize,
     number: usize,
-    /// Where the beam leaves it \[pc\].
+    /// Distance from the star at which the beam leaves it \[pc\].
     exit: f64,
     gas: Gas,
     /// Its largest density relative to that of the gas \[1\].

@@ -1,4 +1,4 @@
-//! Quantities of gas that are asked for.
+//! Requested quantities of the gas.
 
 use crate::balance::{Gas, GasState};
 

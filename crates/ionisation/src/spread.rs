@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use crate::blocks::Blocks;
-use crate::cloud::Cloud;
-use crate::tally::Tally;
+use crate::cloud::{Cloud, place_of};
+use crate::tally::{CellMeans, Tally};
 
 /// Number of a block that no beam has met.
 const UNMET: u32 = u32::MAX;
@@ -15,7 +15,7 @@ struct BlockMeans<'a> {
     quantities: usize,
     /// By block its number among those that beams have met.
     numbers: Vec<u32>,
-    /// By number the volume that beams have seen of the block, in parts of it \[1\], and ln of its density.
+    /// By number the fraction of the block's volume that beams have crossed \[1\], and ln of its density.
     met: Vec<[f32; 2]>,
     /// By number and quantity, for the square of the density \[most cm⁶\], and exponents beyond that square.
     for_square: Vec<f32>,
@@ -24,7 +24,7 @@ struct BlockMeans<'a> {
 
 /// Blocks around a voxel.
 struct Around {
-    /// Volume that beams have seen of the voxel's own block, in parts of it \[1\].
+    /// Fraction of the volume of the voxel's block that beams have crossed \[1\].
     volume: f32,
     /// Their numbers and weights.
     blocks: [(usize, f32); 8],
@@ -34,28 +34,28 @@ struct Around {
 
 impl<'a> BlockMeans<'a> {
     fn new(tally: &Tally, (level, blocks): (usize, &'a Blocks)) -> Self {
-        let ([nx, ny, _], quantities) = (blocks.dims, tally.quantities().len());
-        let means_of = |block: usize| tally.means(level, [block % nx, block / nx % ny, block / (nx * ny)]);
-        let is_met: Vec<bool> =
-            (0..blocks.hydrogen.len()).into_par_iter().map(|block| blocks.hydrogen[block] > 0.0 && means_of(block).is_some()).collect();
+        let cells: Vec<Option<CellMeans>> = (0..blocks.hydrogen.len())
+            .into_par_iter()
+            .map(|block| tally.means(level, place_of(blocks.dims, block)).filter(|_| blocks.hydrogen[block] > 0.0))
+            .collect();
+        let met: Vec<(f32, &CellMeans)> = blocks.hydrogen.iter().zip(&cells).filter_map(|(n, cell)| Some((*n, cell.as_ref()?))).collect();
         let mut count = 0;
-        let mut number = |is_met: bool| {
-            count += u32::from(is_met);
-            if is_met { count - 1 } else { UNMET }
+        let mut number = |cell: &Option<CellMeans>| {
+            count += u32::from(cell.is_some());
+            if cell.is_some() { count - 1 } else { UNMET }
         };
-        let numbers: Vec<u32> = is_met.iter().map(|is_met| number(*is_met)).collect();
-        let met: Vec<usize> = (0..numbers.len()).filter(|block| is_met[*block]).collect();
-        let of_each = |value: &(dyn Fn(usize, usize) -> f32 + Sync)| -> Vec<f32> {
-            met.par_iter().flat_map_iter(|block| (0..quantities).map(|quantity| value(*block, quantity))).collect()
+        let quantities = tally.quantities().len();
+        let of_each = |value: &(dyn Fn(f32, &CellMeans, usize) -> f32 + Sync)| -> Vec<f32> {
+            met.par_iter().flat_map_iter(|(n, means)| (0..quantities).map(|quantity| value(*n, means, quantity))).collect()
         };
-        let for_square = |block: usize, quantity: usize| {
-            means_of(block).map_or(0.0, |means| (means.mean(quantity) / f64::from(blocks.hydrogen[block]).powi(2)) as f32)
-        };
-        let exponent = |block: usize, quantity: usize| means_of(block).map_or(0.0, |means| means.exponent(quantity) as f32 - 2.0);
-        let volume = |block: usize| means_of(block).map_or(0.0, |means| means.volume as f32);
-        let (for_square, exponents) = (of_each(&for_square), of_each(&exponent));
-        let met = met.iter().map(|block| [volume(*block), blocks.hydrogen[*block].ln()]).collect();
-        Self { blocks, quantities, numbers, met, for_square, exponents }
+        Self {
+            blocks,
+            quantities,
+            numbers: cells.iter().map(&mut number).collect(),
+            met: met.iter().map(|(n, means)| [means.volume as f32, n.ln()]).collect(),
+            for_square: of_each(&|n, means, quantity| (means.mean(quantity) / f64::from(n).powi(2)) as f32),
+            exponents: of_each(&|_, means, quantity| means.exponent(quantity) as f32 - 2.0),
+        }
     }
 
     fn number(&self, [x, y, z]: [usize; 3]) -> Option<usize> {
@@ -66,12 +66,12 @@ impl<'a> BlockMeans<'a> {
     /// The blocks around a voxel with weights linear between their middles; those that no beam has met are replaced by its own.
     fn around(&self, voxel: [usize; 3]) -> Option<Around> {
         let Blocks { edge, dims, .. } = self.blocks;
-        let own = voxel.map(|place| place / edge);
-        let here = self.number(own)?;
+        let block = voxel.map(|place| place / edge);
+        let here = self.number(block)?;
         let beside: [[(Option<usize>, f32); 2]; 3] = std::array::from_fn(|axis| {
             let offset = ((voxel[axis] % edge) as f32 + 0.5) / *edge as f32 - 0.5;
-            let next = if offset < 0.0 { own[axis].checked_sub(1) } else { Some(own[axis] + 1).filter(|place| *place < dims[axis]) };
-            [(Some(own[axis]), 1.0 - offset.abs()), (next, offset.abs())]
+            let next = if offset < 0.0 { block[axis].checked_sub(1) } else { Some(block[axis] + 1).filter(|place| *place < dims[axis]) };
+            [(Some(block[axis]), 1.0 - offset.abs()), (next, offset.abs())]
         });
         let blocks: [(usize, f32); 8] = std::array::from_fn(|corner| {
             let [(x, a), (y, b), (z, c)] = [beside[0][corner & 1], beside[1][corner >> 1 & 1], beside[2][corner >> 2]];
@@ -97,9 +97,9 @@ impl<'a> BlockMeans<'a> {
     }
 }
 
-/// By quantity its mean in each voxel, weighted by the volume that beams have seen of the voxel and of the blocks around it.
+/// By quantity its mean in each voxel, weighted by the volume that beams have crossed in the voxel and in its blocks.
 pub fn spread(cloud: &Cloud, blocks: &[Blocks], tally: &Tally) -> Vec<Vec<f32>> {
-    let [nx, ny, _] = cloud.dims;
+    let nx = cloud.dims[0];
     let levels: Vec<BlockMeans> = blocks.iter().enumerate().map(|(level, blocks)| BlockMeans::new(tally, (level + 1, blocks))).collect();
     let mut found: Vec<Vec<f32>> = tally.quantities().iter().map(|_| vec![0.0; cloud.hydrogen.len()]).collect();
     let mut rows: Vec<Vec<&mut [f32]>> = (0..cloud.hydrogen.len() / nx).map(|_| Vec::new()).collect();
@@ -107,7 +107,7 @@ pub fn spread(cloud: &Cloud, blocks: &[Blocks], tally: &Tally) -> Vec<Vec<f32>> 
     rows.par_iter_mut().enumerate().for_each(|(row, values)| {
         let mut sums = vec![0.0; values.len()];
         for x in 0..nx {
-            let (place, hydrogen) = ([x, row % ny, row / ny], cloud.hydrogen[row * nx + x]);
+            let (place, hydrogen) = (place_of(cloud.dims, row * nx + x), cloud.hydrogen[row * nx + x]);
             let mut volume = 0.0;
             sums.fill(0.0);
             if let Some(means) = tally.means(0, place) {

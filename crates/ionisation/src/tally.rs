@@ -4,18 +4,19 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::balance::{Gas, GasState};
-use crate::cloud::{Cloud, PARSEC_CM};
+use crate::cloud::{Cloud, PARSEC_CM, place_of};
 use crate::quantity::Quantity;
 
 /// Cells along the edge of a page.
 const PAGE: usize = 8;
-/// Factor of density with which exponents are found \[1\], and the exponents that are told apart.
+/// Factor of density between the two evaluations that give an exponent \[1\].
 const DENSER: f64 = 1.25;
+/// Range of exponents.
 const EXPONENTS: [f64; 2] = [-2.0, 6.0];
 /// Units of a sum for the most that it may be in a voxel: a thousand times as much is still counted.
 const UNITS: f64 = (1u64 << 54) as f64;
 
-/// Sums of what is asked for, over voxels and over blocks of them.
+/// Sums of quantities over voxels and over blocks of voxels.
 pub struct Tally<'a> {
     quantities: &'a [Quantity<'a>],
     /// By level, from voxels to the largest blocks.
@@ -32,15 +33,14 @@ struct Sums {
     dims: [usize; 3],
     /// Volume of a cell \[cm³\].
     cell_volume: f64,
-    /// Numbers of a cell: the volume that beams have seen of it, in parts of it; by quantity its sum; in blocks by quantity the sum of
-    /// its exponents of density.
+    /// Count of numbers per cell: volume, sums of the quantities and, in blocks, sums of their exponents.
     each: usize,
     /// Cubes of [`PAGE`] cells along each edge that a beam has met.
     pages: Vec<OnceLock<Box<[AtomicU64]>>>,
 }
 
-/// What a beam has seen of a cell: a part of its volume, and sums by quantity in parts of their most, in blocks followed by those of
-/// exponents.
+/// Contribution of a beam to a cell: a fraction of its volume, sums of quantities relative to their maxima, and sums of their exponents in
+/// blocks.
 pub struct Seen {
     part: f64,
     values: Vec<f64>,
@@ -48,13 +48,13 @@ pub struct Seen {
 
 /// Means of a cell.
 pub struct CellMeans<'a> {
-    /// The volume that beams have seen of it, in parts of it \[1\].
+    /// Fraction of the cell's volume that beams have crossed \[1\].
     pub volume: f64,
     sums: &'a [AtomicU64],
 }
 
 impl CellMeans<'_> {
-    /// Mean of a quantity, in parts of its most.
+    /// Mean of a quantity relative to its maximum \[1\].
     pub fn mean(&self, quantity: usize) -> f64 {
         self.sum(quantity) / self.volume
     }
@@ -103,11 +103,6 @@ impl Sums {
         let volume = volume.load(Ordering::Relaxed) as f64 / UNITS;
         (volume > 0.0).then_some(CellMeans { volume, sums })
     }
-}
-
-/// The place of a cell along x, y and z.
-fn place_of([nx, ny, _]: [usize; 3], cell: usize) -> [usize; 3] {
-    [cell % nx, cell / nx % ny, cell / (nx * ny)]
 }
 
 /// The part of a star's photons that stays in a cloud.
