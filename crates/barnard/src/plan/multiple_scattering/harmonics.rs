@@ -15,7 +15,9 @@ use crate::phase::Phase;
 
 /// The highest degree that is kept of any field.
 pub const DEGREE: usize = 5;
-/// The number of harmonics up to that degree.
+/// The highest degree that is known of phase functions.
+pub const ALL_DEGREES: usize = 32;
+/// The number of harmonics up to the highest kept degree.
 pub const COUNT: usize = count(DEGREE);
 
 /// Harmonics up to a degree.
@@ -94,8 +96,8 @@ pub fn degree(harmonic: usize) -> usize {
 }
 
 /// The Legendre polynomials P_l(μ) of all degrees.
-fn legendre(mu: f64) -> [f64; DEGREE + 1] {
-    let mut values = [1.0; DEGREE + 1];
+fn legendre(mu: f64) -> [f64; ALL_DEGREES + 1] {
+    let mut values = [1.0; ALL_DEGREES + 1];
     let (mut before, mut value) = (0.0, 1.0);
     for (l, v) in values.iter_mut().enumerate() {
         *v = value;
@@ -106,7 +108,7 @@ fn legendre(mu: f64) -> [f64; DEGREE + 1] {
 }
 
 /// The Legendre moments p_l of a phase function at a wavelength [1].
-pub fn legendre_moments(phase: &dyn Phase, lambda_um: f64) -> [f64; DEGREE + 1] {
+pub fn legendre_moments(phase: &dyn Phase, lambda_um: f64) -> [f64; ALL_DEGREES + 1] {
     std::array::from_fn(|l| match (l, phase.is_isotropic()) {
         (0, _) => 1.0,
         (_, true) => 0.0,

@@ -20,12 +20,13 @@
 //! Few terms are solved, of which all are sums ([`reduction`]), in cells as fine as the picture needs, extrapolated to
 //! cells of no size ([`refinement`]).
 //!
-//! Valid where light is nearly diffuse after its first scattering. Left out: gas farther from the dust's box than half
-//! its size, the change of S within a cell around an eye that is inside the dust, moments of the radiance above degree
-//! five, structure of the dust within a cell.
+//! Left out: gas farther from the dust's box than half its size, the change of S within a cell around an eye that is inside
+//! the dust, structure of the dust within a cell, and moments of the radiance above degree five but for what [`closure`]
+//! makes of those below.
 
 mod beam;
 mod cells;
+mod closure;
 mod direct_sources;
 mod directions;
 mod eye_source;

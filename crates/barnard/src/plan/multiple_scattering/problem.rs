@@ -4,7 +4,7 @@ use spectra::rule::Node;
 
 use super::cells::SweepCells;
 use super::fineness::Fineness;
-use super::harmonics::{DEGREE, count, legendre_moments};
+use super::harmonics::{ALL_DEGREES, DEGREE, count, legendre_moments};
 use super::lanes::WIDTH;
 use super::moments::Moments;
 use super::processor::Sweepers;
@@ -123,7 +123,7 @@ fn unit(draft: &Draft) -> f32 {
 
 /// Moments of a phase function that do not grow when they scatter: nine directions a face make up to a tenth too much
 /// of harmonics above the second degree.
-fn stable(mut legendre: [f64; DEGREE + 1]) -> [f64; DEGREE + 1] {
+fn stable(mut legendre: [f64; ALL_DEGREES + 1]) -> [f64; ALL_DEGREES + 1] {
     legendre.iter_mut().skip(3).for_each(|p| *p = p.clamp(-0.9, 0.9));
     legendre
 }

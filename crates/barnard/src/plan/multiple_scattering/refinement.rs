@@ -142,8 +142,8 @@ impl Refinement<'_> {
             best = extrapolated;
             levels.push(finer);
             let cells = 2 * fits.cells;
-            // Cells beyond the usual number are worth their price only where they bring the accuracy.
-            let promises = cells <= Fineness::UNMEASURED.cells || REMAINING * spatial <= allowed;
+            // Cells beyond the usual number are worth their price only where without them the accuracy is missed, and with them met.
+            let promises = cells <= Fineness::UNMEASURED.cells || (SPATIAL_SHARE * spatial > allowed && REMAINING * spatial <= allowed);
             let is_finer = self.problem.lattice(cells).dims != self.problem.lattice(fits.cells).dims;
             if spatial <= allowed || coarser || cells > FINEST || !promises || !is_finer {
                 break;

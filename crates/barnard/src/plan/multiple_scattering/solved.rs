@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use spectra::fingerprint::{Digest, Fingerprint};
 
+use super::closure::Closure;
 use super::direct_sources::DirectSources;
 use super::harmonics::harmonics;
 use super::lanes::{EightLanes, WIDTH};
@@ -30,14 +31,15 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// S towards the eye in each cell, Σ_lm Y_lm(n) ω p_l L_lm, in units of the field.
+    /// S towards the eye in each cell, Σ_lm Y_lm(n) ω p_l L_lm and what [`Closure`] adds, in units of the field.
     pub fn towards(&self, view: Viewpoint) -> Vec<EightLanes> {
         let (lattice, scattered) = (&self.origin.lattice, scattering(&self.origin.terms));
+        let closure = Closure::new(&self.origin.terms, self.origin.harmonics);
         let of_cell = |cell: usize| {
             let [x, y, z] = lattice.place(cell);
-            let values = harmonics(view.towards(lattice.centre(x, y, z)));
-            let mut light = [0.0; WIDTH];
-            for ((y, moment), scattered) in values.into_iter().zip(self.moments.cell(cell)).zip(&scattered) {
+            let (direction, moments) = (view.towards(lattice.centre(x, y, z)), self.moments.cell(cell));
+            let mut light = closure.above(direction.as_vec3().to_array(), moments);
+            for ((y, moment), scattered) in harmonics(direction).into_iter().zip(moments).zip(&scattered) {
                 (0..WIDTH).for_each(|t| light[t] += y as f32 * scattered[t] * moment[t]);
             }
             light

@@ -1,6 +1,6 @@
 //! A node of a passband's rule as a medium: monochromatic transport.
 
-use super::harmonics::{COUNT, DEGREE, degree};
+use super::harmonics::{ALL_DEGREES, COUNT, degree};
 use super::lanes::EightLanes;
 
 /// A node as a medium.
@@ -9,7 +9,7 @@ pub struct Term {
     pub lambda_um: f64,
     pub k: f64,
     pub albedo: f64,
-    pub legendre: [f64; DEGREE + 1],
+    pub legendre: [f64; ALL_DEGREES + 1],
 }
 
 /// The albedo times the Legendre moment, ω p_l, of each harmonic and term.
