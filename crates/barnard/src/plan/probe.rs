@@ -77,7 +77,7 @@ impl Planned {
         let (stepping, exact) = (Stepping::PerVoxel(STEPS), self.light_field.is_some());
         // All stars are seen one by one: the field of the gathered ones knows no wavelengths but its own.
         let gathered = self.space.many_lights.iter().flat_map(|many_lights| &many_lights.stars);
-        let columns = &StarColumns::new(&self.space, ray, self.space.marched().iter().chain(gathered).copied().collect());
+        let columns = &StarColumns::new(&self.space, ray, self.space.marched().iter().chain(gathered).copied().collect(), 0.0);
         let march = RayMarch { space: &self.space, spectral: &self.spectral, lights: &self.lights, ray, stepping, exact, columns };
         let depth = march.run(&mut eye);
         let (continuum, strengths) = eye.radiance.split_at(wavelengths_um.len());

@@ -207,7 +207,7 @@ impl Marches<'_> {
     /// Forgets the depths along the pilots: the dust has become other samples.
     fn look_anew(&mut self, space: &SpatialPlan) {
         let known = self.pilots.iter_mut().filter(|pilot| pilot.columns.is_some());
-        known.for_each(|pilot| *pilot = Pilot::new(space, pilot.ray, pilot.pixels));
+        known.for_each(|pilot| *pilot = Pilot::new(space, pilot.ray, pilot.pixels, self.scene.method.accuracy));
     }
 
     fn all(&self, march: impl Fn(&Pilot) -> Vec<f64> + Sync) -> Result<Vec<Vec<f64>>> {

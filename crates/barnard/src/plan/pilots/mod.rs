@@ -49,16 +49,16 @@ struct Pilot {
 const KEPT_BYTES: usize = 64 << 20;
 
 impl Pilot {
-    fn new(space: &SpatialPlan, ray: Ray, pixels: f64) -> Self {
-        Self { ray, pixels, columns: Some(columns(space, &ray)) }
+    fn new(space: &SpatialPlan, ray: Ray, pixels: f64, accuracy: f64) -> Self {
+        Self { ray, pixels, columns: Some(columns(space, &ray, accuracy)) }
     }
 }
 
 /// Room for the star depths along a pilot ray, which sees the stars that have depths of their own, and of many lights
 /// their representatives where there are no others.
-fn columns(space: &SpatialPlan, ray: &Ray) -> StarColumns {
+fn columns(space: &SpatialPlan, ray: &Ray, accuracy: f64) -> StarColumns {
     let representatives = space.many_lights.iter().flat_map(|many_lights| &many_lights.representatives);
-    StarColumns::new(space, ray, space.marched().iter().chain(representatives).copied().collect())
+    StarColumns::new(space, ray, space.marched().iter().chain(representatives).copied().collect(), accuracy)
 }
 
 /// The rules of `scene`, made finer until what they cost in the picture is a part of the accuracy.
@@ -106,7 +106,7 @@ fn pilots(scene: &Scene, space: &SpatialPlan, spectral: &SpectralPlan, lights: &
     let camera = &scene.camera;
     let shading = Shading::new(spectral, lights);
     let ray = |column: usize, row: usize| camera.ray(column as f64 + 0.5, row as f64 + 0.5);
-    let pilot = |column: usize, row: usize, pixels: f64| Pilot::new(space, ray(column, row), pixels);
+    let pilot = |column: usize, row: usize, pixels: f64| Pilot::new(space, ray(column, row), pixels, scene.method.accuracy);
     let look = |column: usize, row: usize| {
         control.check()?;
         Ok(march(space, &shading, &pilot(column, row, 1.0), Stepping::PerVoxel(1.0), false))
@@ -199,7 +199,7 @@ fn march(space: &SpatialPlan, shading: &Shading, pilot: &Pilot, stepping: Steppi
     let columns = match &pilot.columns {
         Some(count) => count,
         None => {
-            made = columns(space, ray);
+            made = columns(space, ray, shading.spectral.accuracy);
             &made
         }
     };
@@ -241,7 +241,7 @@ mod tests {
             let plan = Planner::new(&Options::default()).with_quality(Quality::Fixed(16)).plan(&scene, None, &Control::default()).unwrap();
             let shading = Shading::new(plan.spectral(), plan.lights());
             let ray = scene.camera.ray(4.6, 3.7);
-            let cached = Pilot::new(plan.space(), ray, 1.0);
+            let cached = Pilot::new(plan.space(), ray, 1.0, plan.spectral().accuracy);
             let not_kept = Pilot { ray, pixels: 1.0, columns: None };
             for exact in [false, true] {
                 let light = |pilot: &Pilot| march(plan.space(), &shading, pilot, Stepping::PerVoxel(2.0), exact);
@@ -285,8 +285,9 @@ mod tests {
     fn middles_are_worth_their_samples() {
         let plan = glowing_cloud(20.0, (24, 24));
         let shading = Shading::new(plan.spectral(), plan.lights());
-        let pilots: Vec<Pilot> =
-            (0..24 * 24).map(|i| Pilot::new(plan.space(), plan.camera().ray((i % 24) as f64 + 0.5, (i / 24) as f64 + 0.5), 1.0)).collect();
+        let pilots: Vec<Pilot> = (0..24 * 24)
+            .map(|i| Pilot::new(plan.space(), plan.camera().ray((i % 24) as f64 + 0.5, (i / 24) as f64 + 0.5), 1.0, 0.0))
+            .collect();
         let by = |stepping| -> Vec<Vec<f64>> { pilots.iter().map(|p| march(plan.space(), &shading, p, stepping, false)).collect() };
         let truth = by(Stepping::PerVoxel(40.0));
         let error = |stepping| relative_error(&by(stepping), &truth, &pilots);
@@ -303,7 +304,7 @@ mod tests {
         let plan = glowing_cloud(1e-4, (1, 1));
         let shading_of = |plan: &Planned, stepping| {
             let shading = Shading::new(plan.spectral(), plan.lights());
-            march(plan.space(), &shading, &Pilot::new(plan.space(), plan.camera().ray(0.5, 0.5), 1.0), stepping, false)[0]
+            march(plan.space(), &shading, &Pilot::new(plan.space(), plan.camera().ray(0.5, 0.5), 1.0, 0.0), stepping, false)[0]
         };
         for (stepping, other) in [(Stepping::Paired(1.0), Stepping::PerVoxel(1.0)), (Stepping::PerVoxel(1.0), Stepping::Paired(1.0))] {
             let plan = plan.clone().with_stepping(stepping);
