@@ -1,4 +1,4 @@
-"""What compilers of real graphics processors make of the march's shader: the table of docs/performance.md, and bounds.
+"""What compilers of real graphics processors make of the march's shader: the table of docs/measurements.md, and bounds.
 
     python3 .ci/compiled.py GPU_STATS BARNARD [PAGE]
 

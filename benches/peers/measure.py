@@ -113,7 +113,7 @@ def main() -> None:
     table = folder / "measured.csv"
     done = {tuple(row[:4]) for row in csv.reader(table.open(newline=""))} if table.exists() else set()
     with table.open("a", newline="") as file:
-        rows = csv.writer(file)
+        rows = csv.writer(file, lineterminator="\n")
         if file.tell() == 0:
             rows.writerow(["program", "scene", "orders", "setting", "CPU seconds", "rms error", "rms relative error"])
         for scene in SCENES.values():
