@@ -1,4 +1,4 @@
-"""What compilers of real graphics processors make of the march's shader: the table of docs/measurements.md, and bounds.
+"""Table of docs/measurements.md: the march's shader as compiled for real graphics processors, and its bounds.
 
     python3 .ci/compiled.py GPU_STATS BARNARD [PAGE]
 

@@ -52,11 +52,9 @@ def render(job: Job) -> np.ndarray:
     world.render.engine = "CYCLES"
     world.render.resolution_x = world.render.resolution_y = SIZE
     world.render.resolution_percentage = 100
-    world.render.threads_mode = "FIXED"
-    world.render.threads = job.threads
     world.view_settings.view_transform = "Raw"
     settings = world.cycles
-    settings.samples, settings.seed = job.samples, job.seed
+    settings.samples = job.samples
     settings.use_adaptive_sampling = False
     settings.pixel_filter_type, settings.filter_width = "BOX", 1.0
     settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0

@@ -54,7 +54,7 @@ def render(job: Job) -> np.ndarray:
             "star": star,
         }
     )
-    picture = np.array(mi.render(world, spp=job.samples, seed=job.seed))
+    picture = np.array(mi.render(world, spp=job.samples))
     if job.denoise:
         from mitsuba_oidn import denoise
 

@@ -33,7 +33,6 @@ def band(job: Job, extinction: float) -> np.ndarray:
     properties.ShadeOff()
     caster = vtk.vtkFixedPointVolumeRayCastMapper()
     caster.SetInputData(image)
-    caster.SetNumberOfThreads(job.threads)
     caster.AutoAdjustSampleDistancesOff()
     caster.SetSampleDistance(cell / job.samples)
     caster.SetImageSampleDistance(1.0)

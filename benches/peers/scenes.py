@@ -60,7 +60,7 @@ def cloud() -> np.ndarray:
     waves = np.fft.ifftn(np.fft.fftn(noise) * square**-0.9).real
     x = (np.arange(VOXELS) + 0.5) * 2.0 / VOXELS - 1.0
     radius = np.sqrt(sum(axis**2 for axis in np.meshgrid(x, x, x, indexing="ij", sparse=True)))
-    density = np.exp(1.0 * waves / waves.std()) * np.clip((0.95 - radius) / 0.4, 0.0, 1.0) ** 2
+    density = np.exp(waves / waves.std()) * np.clip((0.95 - radius) / 0.4, 0.0, 1.0) ** 2
     middle = np.abs(x) < 0.3
     return np.ascontiguousarray(density / (density[middle][:, middle].mean() * 2.0), np.float32)
 

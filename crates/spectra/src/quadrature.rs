@@ -113,20 +113,31 @@ pub fn kronrod_points(a: f64, b: f64) -> impl Iterator<Item = (f64, f64, f64)> {
 
 /// ∫ f over [`a`, `b`] to `accuracy` relative to ∫|f|, by bisection of (G7, K15) panels.
 pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, accuracy: f64) -> f64 {
+    let [sum] = integrate_each(|x| [f(x)], a, b, accuracy);
+    sum
+}
+
+/// Integrals of several functions over [`a`, `b`] by the same panels, each to `accuracy` relative to its ∫|f|.
+pub fn integrate_each<const N: usize>(f: impl Fn(f64) -> [f64; N], a: f64, b: f64, accuracy: f64) -> [f64; N] {
     let panel = |a: f64, b: f64| {
-        kronrod_points(a, b).fold((0.0, 0.0, 0.0), |(k, g, m), (x, wk, wg)| {
-            let y = f(x);
-            (k + wk * y, g + wg * y, m + wk * y.abs())
-        })
+        let (mut kronrod, mut gauss, mut magnitude) = ([0.0; N], [0.0; N], [0.0; N]);
+        for (x, wk, wg) in kronrod_points(a, b) {
+            for (i, y) in f(x).into_iter().enumerate() {
+                kronrod[i] += wk * y;
+                gauss[i] += wg * y;
+                magnitude[i] += wk * y.abs();
+            }
+        }
+        (kronrod, gauss, magnitude)
     };
-    let scale = panel(a, b).2;
+    let mut scale = panel(a, b).2;
     let mut pending = vec![(a, b, 0)];
-    let (mut sum, mut scale) = (0.0, scale);
+    let mut sum = [0.0; N];
     while let Some((a, b, depth)) = pending.pop() {
         let (kronrod, gauss, magnitude) = panel(a, b);
-        scale = f64::max(scale, magnitude);
-        if (kronrod - gauss).abs() <= accuracy * scale || depth >= 40 {
-            sum += kronrod;
+        scale = std::array::from_fn(|i| f64::max(scale[i], magnitude[i]));
+        if (0..N).all(|i| (kronrod[i] - gauss[i]).abs() <= accuracy * scale[i]) || depth >= 40 {
+            sum.iter_mut().zip(kronrod).for_each(|(sum, part)| *sum += part);
         } else {
             let middle = 0.5 * (a + b);
             pending.push((a, middle, depth + 1));

@@ -1,4 +1,4 @@
-//! Moments above those that are kept, as light around the direction of its flux has them.
+//! Closure: moments of the radiance above the kept degrees, continued around the direction of the flux.
 //!
 //! A sum that ends at degree L swings about the truth, and may be less than zero where light is nearly a beam. Let f be the
 //! direction of the flux, and A_l the Legendre moments of the radiance around it,
@@ -16,8 +16,8 @@ use super::term::Term;
 
 /// The part of the phase functions of eight terms above the kept degrees.
 pub struct Closure {
-    /// The highest degree that is kept.
-    kept: usize,
+    /// The highest degree of the moments.
+    highest: usize,
     /// ω p_l (2l + 1) / 4π of the degrees above it; none if there are none.
     scattering: Vec<EightLanes>,
 }
@@ -28,12 +28,12 @@ const NEGLIGIBLE: f64 = 1e-5;
 impl Closure {
     /// The closure of `harmonics` kept ones.
     pub fn new(terms: &[Term], harmonics: usize) -> Self {
-        let kept = degree(harmonics.saturating_sub(1));
-        let last = (kept..=ALL_DEGREES).rev().find(|l| terms.iter().any(|term| term.legendre[*l].abs() > NEGLIGIBLE)).unwrap_or(0);
+        let highest = degree(harmonics.saturating_sub(1));
+        let last = (highest..=ALL_DEGREES).rev().find(|l| terms.iter().any(|term| term.legendre[*l].abs() > NEGLIGIBLE)).unwrap_or(0);
         let factor = |l: usize, term: &Term| (term.albedo * term.legendre[l] * (2 * l + 1) as f64 / SPHERE) as f32;
         let of_degree = |l: usize| std::array::from_fn(|t| terms.get(t).map_or(0.0, |term| factor(l, term)));
-        let above = if kept == 0 { Vec::new() } else { (kept + 1..=last).map(of_degree).collect() };
-        Self { kept, scattering: above }
+        let above = if highest == 0 { Vec::new() } else { (highest + 1..=last).map(of_degree).collect() };
+        Self { highest, scattering: above }
     }
 
     /// Σ_(l>L) of the source function towards `direction`, from the kept moments of a cell.
@@ -56,7 +56,7 @@ impl Closure {
             let pairs = || around[of_degree.clone()].iter().zip(&moments[of_degree.clone()]);
             std::array::from_fn(|t| factor * pairs().map(|(y, moment)| y[t] * moment[t]).sum::<f32>())
         };
-        let (before, mut moment) = (axial(self.kept - 1), axial(self.kept));
+        let (before, mut moment) = (axial(self.highest - 1), axial(self.highest));
         let ratio: EightLanes = std::array::from_fn(|t| if before[t] > 0.0 { (moment[t] / before[t]).clamp(0.0, 1.0) } else { 0.0 });
         let (mut below, mut legendre) = ([1.0; WIDTH], mu);
         let mut next = |l: usize| {
@@ -66,11 +66,11 @@ impl Closure {
             }
             legendre
         };
-        for l in 1..self.kept {
+        for l in 1..self.highest {
             next(l);
         }
         for (i, scattering) in self.scattering.iter().enumerate() {
-            let legendre = next(self.kept + i);
+            let legendre = next(self.highest + i);
             for t in 0..WIDTH {
                 moment[t] *= ratio[t];
                 light[t] += scattering[t] * moment[t] * legendre[t];
@@ -109,7 +109,7 @@ mod tests {
                 let axial = |l: usize| f64::powi(beta, l as i32);
                 let moments: Vec<EightLanes> = (0..count(kept))
                     .map(|h| {
-                        let alone = if h == 0 { isotropic * SPHERE.sqrt() / SPHERE } else { 0.0 };
+                        let alone = if h == 0 { isotropic / SPHERE.sqrt() } else { 0.0 };
                         [(harmonics(beam)[h] * axial(degree(h)) + alone) as f32; WIDTH]
                     })
                     .collect();

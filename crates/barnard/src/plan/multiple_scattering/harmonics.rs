@@ -9,7 +9,7 @@ use std::ops::{Add, Mul, Sub};
 use std::sync::LazyLock;
 
 use glam::DVec3;
-use spectra::quadrature::integrate;
+use spectra::quadrature::integrate_each;
 
 use crate::phase::Phase;
 
@@ -109,11 +109,16 @@ fn legendre(mu: f64) -> [f64; ALL_DEGREES + 1] {
 
 /// The Legendre moments p_l of a phase function at a wavelength [1].
 pub fn legendre_moments(phase: &dyn Phase, lambda_um: f64) -> [f64; ALL_DEGREES + 1] {
-    std::array::from_fn(|l| match (l, phase.is_isotropic()) {
-        (0, _) => 1.0,
-        (_, true) => 0.0,
-        _ => std::f64::consts::TAU * integrate(|mu| phase.at(mu, lambda_um) * legendre(mu)[l], -1.0, 1.0, 1e-9),
-    })
+    let mut moments = [0.0; ALL_DEGREES + 1];
+    if !phase.is_isotropic() {
+        let products = |mu: f64| {
+            let density = std::f64::consts::TAU * phase.at(mu, lambda_um);
+            legendre(mu).map(|value| density * value)
+        };
+        moments = integrate_each(products, -1.0, 1.0, 1e-9);
+    }
+    moments[0] = 1.0;
+    moments
 }
 
 #[cfg(test)]
