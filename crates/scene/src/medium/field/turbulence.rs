@@ -14,7 +14,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use fourier::{Complex32, transform_singles, wave_number};
+use fourier::{Complex32, real_part, wave_number};
 use glam::DVec3;
 use rayon::prelude::*;
 use spectra::fingerprint::Digest;
@@ -128,9 +128,8 @@ impl Turbulence {
         let lattice = Lattice::along(bounds, self.voxels);
         let bytes = (lattice.cells() as u64).saturating_mul(fourier::BYTES);
         memory::check("the waves of a field of turbulence", bytes, memory_limit)?;
-        let mut waves = self.waves(&lattice);
-        transform_singles(&mut waves, lattice.dims, false);
-        let mut density: Vec<f32> = waves.into_par_iter().map(|s| s.re.exp()).collect();
+        let mut density = real_part(self.waves(&lattice), lattice.dims);
+        density.par_iter_mut().for_each(|v| *v = v.exp());
         let planes = density.par_chunks(lattice.dims[0] * lattice.dims[1]).map(|plane| plane.iter().map(|v| f64::from(*v)).sum::<f64>());
         // In the order of planes, whatever the threads.
         let mean = planes.collect::<Vec<f64>>().iter().sum::<f64>() / density.len() as f64;
@@ -145,19 +144,20 @@ impl Turbulence {
         let mut waves = vec![Complex32::default(); lattice.cells()];
         waves.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
             let (y, z) = (wave_number(row % ny, ny), wave_number(row / ny, nz));
+            let variance = |x: usize| spectrum(DVec3::new(x as f64, y as f64, z as f64) / size) / size.element_product();
+            let variances: Vec<f64> = (0..=nx / 2).map(variance).collect();
             for (i, wave) in out.iter_mut().enumerate() {
                 let number = [wave_number(i, nx), y, z];
                 // A wave of two voxels has no partner on the other side.
                 if number.iter().zip(lattice.dims).any(|(k, count)| 2 * k.unsigned_abs() as usize == count) || number == [0; 3] {
                     continue;
                 }
-                let variance = spectrum(DVec3::from(number.map(|k| k as f64)) / size) / size.element_product();
                 let mut random = Counter::nested(u64::from(self.seed), pair(number[0], number[1]), number[2] as u64);
                 // Box & Muller's normal numbers.
                 let (length, turn) = ((-2.0 * (1.0 - random.uniform()).ln()).sqrt(), random.uniform());
                 // Values are those in the middles of voxels.
                 let angle = TAU * turn + PI * (0..3).map(|axis| number[axis] as f64 / lattice.dims[axis] as f64).sum::<f64>();
-                let amplitude = variance.sqrt() * length;
+                let amplitude = variances[i.min(nx - i)].sqrt() * length;
                 *wave = Complex32::new((amplitude * angle.cos()) as f32, (amplitude * angle.sin()) as f32);
             }
         });
