@@ -11,13 +11,11 @@ use std::sync::Arc;
 
 use exmex::prelude::*;
 use glam::DVec3;
-use smallvec::SmallVec;
-
 use spectra::fingerprint::Digest;
 
 use super::formula::normalised;
-use super::operators::FieldOperators;
-use super::side_by_side::SideBySide;
+use super::operators::{FieldOperators, Term};
+use super::program::Program;
 use super::support::{Support, support};
 use super::{Field, Grid, Lattice, fingerprint};
 use crate::cache::Cache;
@@ -29,11 +27,26 @@ use crate::memory;
 /// An expression over named fields.
 #[derive(Debug)]
 pub struct Expression {
-    formula: FlatEx<SideBySide, FieldOperators>,
+    formula: Formula,
     variables: Vec<Variable>,
     bounds: Bounds,
-    /// True if a function of the formula jumps.
-    jumps: bool,
+}
+
+/// A formula that was parsed.
+#[derive(Debug)]
+pub(super) struct Formula {
+    /// The formula as the parser reads it.
+    normalised: String,
+    /// Names of its variables, sorted.
+    pub(super) names: Vec<String>,
+    pub(super) program: Program,
+}
+
+impl Formula {
+    /// True if a function of it jumps.
+    fn jumps(&self) -> bool {
+        ["step", "floor", "ceil"].iter().any(|name| self.normalised.contains(&format!("{name}(")))
+    }
 }
 
 #[derive(Debug)]
@@ -47,15 +60,17 @@ const BLOCK: usize = 64;
 /// The longest formula, in characters: parsing recurses with parentheses.
 const MAX_LENGTH: usize = 2000;
 
-/// A formula as it is read, and what it says.
-fn parsed(formula: &str) -> std::result::Result<(String, FlatEx<SideBySide, FieldOperators>), String> {
+/// A formula, or what is wrong with it.
+pub(super) fn parsed(formula: &str) -> std::result::Result<Formula, String> {
     if formula.len() > MAX_LENGTH {
         return Err(format!("the expression has {} characters; at most {MAX_LENGTH} are supported", formula.len()));
     }
     let wrong = |e: String| format!("\"{formula}\" is not a valid expression: {e}");
     let normalised = normalised(formula).map_err(wrong)?;
-    let flat = FlatEx::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
-    Ok((normalised, flat))
+    let flat = FlatEx::<Term, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
+    let names = flat.var_names().to_vec();
+    let term = flat.eval(&(0..names.len()).map(Term::Variable).collect::<Vec<_>>()).map_err(|e| wrong(e.to_string()))?;
+    Ok(Formula { normalised, names, program: Program::new(&term) })
 }
 
 /// The axis that a variable is: x, y or z.
@@ -63,18 +78,13 @@ fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
-/// True if a function of a formula jumps.
-fn jumps(normalised: &str) -> bool {
-    ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")))
-}
-
 /// Variables of a formula.
 fn variables(
-    formula: &FlatEx<SideBySide, FieldOperators>,
+    formula: &Formula,
     lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>,
 ) -> std::result::Result<Vec<Variable>, String> {
     let variable = |name: &String| axis(name).map_or_else(|| lookup(name).map(Variable::Field), |axis| Ok(Variable::Axis(axis)));
-    formula.var_names().iter().map(variable).collect()
+    formula.names.iter().map(variable).collect()
 }
 
 impl Expression {
@@ -83,8 +93,8 @@ impl Expression {
     /// # Errors
     /// If it is no expression, uses no field, or one that there is not.
     pub fn parse(formula: &str, lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>) -> std::result::Result<Self, String> {
-        let (normalised, formula) = parsed(formula)?;
-        let variables = variables(&formula, lookup)?;
+        let parsed = parsed(formula)?;
+        let variables = variables(&parsed, lookup)?;
         let own_bounds = |v: &Variable| if let Variable::Field(f) = v { Some(f.bounds()) } else { None };
         let smaller = |a: &Bounds, b: &Bounds| a.size().element_product().total_cmp(&b.size().element_product());
         let boxes = variables.iter().filter_map(own_bounds);
@@ -93,13 +103,13 @@ impl Expression {
             Variable::Field(f) => Support::Within(f.bounds()),
             Variable::Axis(_) => Support::Everywhere,
         };
-        let bounds = match support(&normalised, &variables.iter().map(of_variable).collect::<Vec<_>>()) {
+        let bounds = match support(&parsed.program, &variables.iter().map(of_variable).collect::<Vec<_>>()) {
             Support::Within(within) => within.intersection(&union).unwrap_or(union),
             // Nothing at all: in the smallest of the boxes.
             Support::Number(0.0) => variables.iter().filter_map(own_bounds).min_by(smaller).unwrap_or(union),
             Support::Number(_) | Support::Everywhere => union,
         };
-        Ok(Self { formula, variables, bounds, jumps: jumps(&normalised) })
+        Ok(Self { formula: parsed, variables, bounds })
     }
 
     /// A formula that holds in all of space, of fields or of none; those are zero outside of their boxes.
@@ -110,9 +120,9 @@ impl Expression {
         formula: &str,
         lookup: impl Fn(&str) -> std::result::Result<Arc<dyn Field>, String>,
     ) -> std::result::Result<Self, String> {
-        let (normalised, formula) = parsed(formula)?;
+        let formula = parsed(formula)?;
         let bounds = Bounds { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY };
-        Ok(Self { variables: variables(&formula, lookup)?, jumps: jumps(&normalised), formula, bounds })
+        Ok(Self { variables: variables(&formula, lookup)?, formula, bounds })
     }
 
     /// The names of the fields that `formula` is made of.
@@ -120,16 +130,15 @@ impl Expression {
     /// # Errors
     /// If it is no expression.
     pub fn names(formula: &str) -> std::result::Result<Vec<String>, String> {
-        let (_, formula) = parsed(formula)?;
-        Ok(formula.var_names().iter().filter(|name| axis(name).is_none()).cloned().collect())
+        Ok(parsed(formula)?.names.into_iter().filter(|name| axis(name).is_none()).collect())
     }
 
     /// True if `formula` may be other than zero outside of any boxes, whatever those of its fields are.
     pub fn is_endless(formula: &str) -> bool {
-        let Ok((normalised, formula)) = parsed(formula) else { return false };
+        let Ok(formula) = parsed(formula) else { return false };
         let unit = Bounds::cube(DVec3::ZERO, 1.0);
         let support_of = |name: &String| if axis(name).is_some() { Support::Everywhere } else { Support::Within(unit) };
-        match support(&normalised, &formula.var_names().iter().map(support_of).collect::<Vec<_>>()) {
+        match support(&formula.program, &formula.names.iter().map(support_of).collect::<Vec<_>>()) {
             Support::Everywhere => true,
             Support::Number(number) => number != 0.0,
             Support::Within(_) => false,
@@ -145,10 +154,7 @@ impl Expression {
     /// # Errors
     /// If that grid would take more than `memory_limit` bytes, and on interruption by the user.
     pub fn into_field(self, memory_limit: u64, cache: Option<&dyn Cache>, control: &Control) -> Result<Arc<dyn Field>> {
-        let names = self.formula.var_names();
-        if let ([Variable::Field(only)], [name]) = (&self.variables[..], names)
-            && self.formula.unparse().trim().trim_matches(['{', '}']) == name
-        {
+        if let Some(Variable::Field(only)) = self.formula.program.variable().map(|variable| &self.variables[variable]) {
             return Ok(only.clone());
         }
         let Some(dims) = self.lattice().map(|l| (l.0.map(|n| n as u64), l.1)) else { return Ok(Arc::new(self)) };
@@ -179,22 +185,15 @@ impl Expression {
 
     /// The values of the formula at some places, with grids as they are at `centres` and functions at `places`.
     fn values(&self, centres: &[DVec3], places: &[DVec3], values: &mut [f64]) {
+        let mut rows = Vec::new();
         for ((centres, places), values) in centres.chunks(BLOCK).zip(places.chunks(BLOCK)).zip(values.chunks_mut(BLOCK)) {
-            let values_of = |variable: &Variable| match variable {
-                Variable::Field(field) => {
-                    let mut out = vec![0.0; places.len()];
-                    field.sample(if field.grid().is_some() { centres } else { places }, &mut out);
-                    SideBySide::Each(out)
-                }
-                Variable::Axis(axis) => SideBySide::Each(places.iter().map(|p| p[*axis]).collect()),
+            let fill = |variable: usize, out: &mut [f64]| match &self.variables[variable] {
+                Variable::Field(field) => field.sample(if field.grid().is_some() { centres } else { places }, out),
+                Variable::Axis(axis) => out.iter_mut().zip(places).for_each(|(out, p)| *out = p[*axis]),
             };
-            let evaluated = self.formula.eval_vec(self.variables.iter().map(values_of).collect()).unwrap_or(SideBySide::Same(f64::NAN));
-            for (i, (value, p)) in values.iter_mut().zip(places).enumerate() {
-                let inside = |value_there: f64| if self.bounds.contains(*p) { value_there } else { 0.0 };
-                *value = match &evaluated {
-                    SideBySide::Same(value) => inside(*value),
-                    SideBySide::Each(values) => inside(values[i]),
-                };
+            let evaluated = self.formula.program.run(places.len(), &mut rows, fill);
+            for ((value, there), p) in values.iter_mut().zip(evaluated).zip(places) {
+                *value = if self.bounds.contains(*p) { *there } else { 0.0 };
             }
         }
     }
@@ -219,7 +218,7 @@ impl Expression {
 
 impl Field for Expression {
     fn content(&self, digest: &mut Digest) {
-        digest.text(self.formula.unparse()).plain(&self.bounds);
+        digest.text(&self.formula.normalised).plain(&self.bounds);
         for variable in &self.variables {
             match variable {
                 Variable::Field(field) => field.content(digest.text("field")),
@@ -228,18 +227,9 @@ impl Field for Expression {
         }
     }
     fn at(&self, p: DVec3) -> f64 {
-        if !self.bounds.contains(p) {
-            return 0.0;
-        }
-        let values = |variable: &Variable| match variable {
-            Variable::Field(field) => SideBySide::Same(field.at(p)),
-            Variable::Axis(axis) => SideBySide::Same(p[*axis]),
-        };
-        let of_variables: SmallVec<[SideBySide; 8]> = self.variables.iter().map(values).collect();
-        match self.formula.eval(&of_variables) {
-            Ok(SideBySide::Same(value)) => value,
-            Ok(SideBySide::Each(_)) | Err(_) => f64::NAN,
-        }
+        let mut value = [0.0];
+        self.sample(&[p], &mut value);
+        value[0]
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
         self.values(places, places, values);
@@ -248,7 +238,7 @@ impl Field for Expression {
         self.bounds
     }
     fn has_edges(&self) -> bool {
-        self.jumps || self.fields().any(|f| f.has_edges())
+        self.formula.jumps() || self.fields().any(|f| f.has_edges())
     }
     fn feature_pc(&self) -> f64 {
         self.fields().map(|f| f.feature_pc()).fold(f64::INFINITY, f64::min)

@@ -4,11 +4,8 @@
 //! value outside of all boxes (a number, cos, exp) is everywhere. The box that comes out holds every place where the
 //! expression is not zero, and is not always the smallest.
 
-use std::str::FromStr;
-
-use exmex::prelude::*;
-
-use super::operators::{FieldOperators, Operand};
+use super::operators::{Binary, Unary};
+use super::program::{Operation, Program};
 use crate::geometry::Bounds;
 
 /// The region outside of which a formula is zero.
@@ -22,20 +19,6 @@ pub(super) enum Support {
     Everywhere,
 }
 
-/// Value requirement of exmex; unused.
-impl Default for Support {
-    fn default() -> Self {
-        Support::Number(0.0)
-    }
-}
-
-impl FromStr for Support {
-    type Err = std::num::ParseFloatError;
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.parse().map(Support::Number)
-    }
-}
-
 impl Support {
     /// The region where either of two is not zero.
     fn either(self, other: Self) -> Self {
@@ -47,82 +30,73 @@ impl Support {
     }
 }
 
-impl Operand for Support {
-    fn sum(self, other: Self) -> Self {
-        match (&self, &other) {
-            (Support::Number(a), Support::Number(b)) => Support::Number(a + b),
-            _ => self.either(other),
-        }
-    }
-
-    fn difference(self, other: Self) -> Self {
-        match (&self, &other) {
-            (Support::Number(a), Support::Number(b)) => Support::Number(a - b),
-            _ => self.either(other),
-        }
-    }
-
-    /// The region where both of two are not zero.
-    fn product(self, other: Self) -> Self {
-        match (self, other) {
-            (Support::Number(a), Support::Number(b)) => Support::Number(a * b),
-            (Support::Number(0.0), _) | (_, Support::Number(0.0)) => Support::Number(0.0),
-            (Support::Within(a), Support::Within(b)) => a.intersection(&b).map_or(Support::Number(0.0), Support::Within),
-            (Support::Within(bounds), _) | (_, Support::Within(bounds)) => Support::Within(bounds),
-            _ => Support::Everywhere,
-        }
-    }
-
-    /// The region where a function of this one is not zero.
-    fn map(self, function: fn(f64) -> f64) -> Self {
-        match self {
-            Support::Number(n) => Support::Number(function(n)),
-            Support::Within(_) if function(0.0) == 0.0 => self,
-            _ => Support::Everywhere,
-        }
-    }
-
-    fn quotient(self, other: Self) -> Self {
-        match (&self, &other) {
-            (Support::Number(a), Support::Number(b)) => Support::Number(a / b),
-            (Support::Number(0.0) | Support::Within(_), _) => self,
-            _ => Support::Everywhere,
-        }
-    }
-
-    fn power(self, exponent: Self) -> Self {
-        match (&self, &exponent) {
-            (Support::Number(a), Support::Number(n)) => Support::Number(a.powf(*n)),
-            (Support::Within(_), Support::Number(n)) if *n > 0.0 => self,
-            _ => Support::Everywhere,
-        }
-    }
-
-    /// The region of the lesser or the greater of two, by `choose`.
-    fn chosen(self, other: Self, choose: fn(f64, f64) -> f64) -> Self {
-        match (&self, &other) {
-            (Support::Number(a), Support::Number(b)) => Support::Number(choose(*a, *b)),
-            (Support::Within(_), Support::Number(n)) if choose(0.0, *n) == 0.0 => self,
-            (Support::Number(n), Support::Within(_)) if choose(*n, 0.0) == 0.0 => other,
-            _ => self.either(other),
-        }
-    }
-
-    /// The region of a step: one where the first is at least the second.
-    fn step(self, edge: Self) -> Self {
-        match (&self, &edge) {
-            (Support::Number(a), Support::Number(edge)) => Support::Number(if a >= edge { 1.0 } else { 0.0 }),
-            (Support::Within(_), Support::Number(edge)) if *edge > 0.0 => self,
+impl Unary {
+    /// The region where the function of something is not zero.
+    fn support(self, a: Support) -> Support {
+        match a {
+            Support::Number(a) => Support::Number(self.of(a)),
+            Support::Within(_) if self.of(0.0) == 0.0 => a,
             _ => Support::Everywhere,
         }
     }
 }
 
-/// Support of a normalised formula, of `variables` in the order of their names; everywhere where
-/// nothing is known of it.
-pub(super) fn support(normalised: &str, variables: &[Support]) -> Support {
-    let parsed = FlatEx::<Support, FieldOperators>::parse(normalised);
-    parsed.ok().and_then(|formula| formula.eval(variables).ok()).unwrap_or(Support::Everywhere)
+impl Binary {
+    /// The region where the function of two is not zero.
+    fn support(self, a: Support, b: Support) -> Support {
+        use Support::{Everywhere, Number, Within};
+        if let (Number(a), Number(b)) = (&a, &b) {
+            return Number(self.of(*a, *b));
+        }
+        match self {
+            Binary::Sum | Binary::Difference => a.either(b),
+            Binary::Product => match (a, b) {
+                (Number(0.0), _) | (_, Number(0.0)) => Number(0.0),
+                (Within(a), Within(b)) => a.intersection(&b).map_or(Number(0.0), Within),
+                (Within(bounds), _) | (_, Within(bounds)) => Within(bounds),
+                _ => Everywhere,
+            },
+            Binary::Quotient => {
+                if matches!(a, Number(0.0) | Within(_)) {
+                    a
+                } else {
+                    Everywhere
+                }
+            }
+            Binary::Power => match (&a, &b) {
+                (Within(_), Number(exponent)) if *exponent > 0.0 => a,
+                _ => Everywhere,
+            },
+            Binary::Min | Binary::Max => match (&a, &b) {
+                (Within(_), Number(number)) | (Number(number), Within(_)) if self.of(0.0, *number) == 0.0 => {
+                    if matches!(a, Within(_)) {
+                        a
+                    } else {
+                        b
+                    }
+                }
+                _ => a.either(b),
+            },
+            Binary::Step => match (&a, &b) {
+                (Within(_), Number(edge)) if *edge > 0.0 => a,
+                _ => Everywhere,
+            },
+        }
+    }
+}
+
+/// Support of a program with `variables` in the order of their names.
+pub(super) fn support(program: &Program, variables: &[Support]) -> Support {
+    let mut known: Vec<Support> = Vec::new();
+    for operation in program.operations() {
+        known.push(match *operation {
+            Operation::Number(bits) => Support::Number(f64::from_bits(bits)),
+            Operation::Variable(variable) => variables[variable].clone(),
+            Operation::One(function, a) => function.support(known[a].clone()),
+            Operation::Two(function, a, b) => function.support(known[a].clone(), known[b].clone()),
+        });
+    }
+    known.pop().unwrap_or(Support::Everywhere)
 }
 
 #[cfg(test)]
@@ -130,7 +104,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::field::formula::{FUNCTIONS, FUNCTIONS_OF_TWO, normalised};
+    use crate::field::expression::{Formula, parsed};
+    use crate::field::formula::{FUNCTIONS, FUNCTIONS_OF_TWO};
 
     fn ball(centre: f64, half: f64) -> Bounds {
         Bounds::cube(DVec3::new(centre, 0.0, 0.0), half)
@@ -138,11 +113,10 @@ mod tests {
 
     fn support_of(formula: &str) -> Support {
         let (a, b) = (ball(0.0, 1.0), ball(1.5, 1.0));
-        // Names in the order of the alphabet, as the parser has them.
         let variables = [("a", Support::Within(a)), ("b", Support::Within(b)), ("x", Support::Everywhere)];
-        let normalised = normalised(formula).unwrap();
-        let used: Vec<Support> = variables.iter().filter(|v| normalised.contains(&format!("{{{}}}", v.0))).map(|v| v.1.clone()).collect();
-        support(&normalised, &used)
+        let Formula { names, program, .. } = parsed(formula).unwrap();
+        let of_name = |name: &String| variables.iter().find(|(known, _)| known == name).unwrap().1.clone();
+        support(&program, &names.iter().map(of_name).collect::<Vec<_>>())
     }
 
     #[test]
@@ -193,12 +167,11 @@ mod tests {
         }
     }
 
-    /// Every function that a formula may have is known here: none makes an expression that is everywhere for want of a
-    /// row.
+    /// Every function that a formula may call is one of the parser's.
     #[test]
     fn every_function_is_known() {
         for formula in FUNCTIONS.map(|f| format!("{f}(a)")).into_iter().chain(FUNCTIONS_OF_TWO.map(|f| format!("{f}(a, 1)"))) {
-            assert!(FlatEx::<Support, FieldOperators>::parse(&normalised(&formula).unwrap()).is_ok(), "{formula}");
+            assert!(parsed(&formula).is_ok(), "{formula}");
         }
     }
 }
