@@ -28,7 +28,7 @@ type Change = fn(usize, barnard::glam::DVec3) -> Edit;
 fn main() {
     let started = Instant::now();
     let document = Document::open(SCENE.as_ref(), LIMIT).expect("the scene beside this bench");
-    let engine = Engine::start(cpu::ENTRY, || ());
+    let engine = Engine::start(cpu::ENTRY, None, || ());
     if std::env::args().any(|a| a == "gpu") {
         let gpu = Gpu::open().expect("a graphics adapter");
         println!("on {}", gpu.adapter.name);
@@ -102,7 +102,7 @@ fn resident() -> f64 {
 /// Frames of the whole window, each with an edit.
 fn soak(frames: usize) {
     let document = Document::open(SCENE.as_ref(), LIMIT).expect("the scene beside this bench");
-    let app = App::new(document, Engine::start(cpu::ENTRY, || ()), Session::new(None), LIMIT);
+    let app = App::new(document, Engine::start(cpu::ENTRY, None, || ()), Session::new(None), LIMIT);
     let mut harness =
         Harness::builder().with_size(vec2(900.0, 360.0)).with_max_steps(1).build_ui_state(|ui, app: &mut App| app.ui(ui), app);
     let start = Instant::now();

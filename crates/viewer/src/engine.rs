@@ -10,11 +10,13 @@ use std::sync::{Arc, Condvar, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 
 use barnard::backend::BackendEntry;
+use barnard::cache::Cache;
 use barnard::control::Control;
 use barnard_gpu::Gpu;
 
 use crate::order::{Order, Refinement};
 use crate::picture::Picture;
+use crate::progress::Progress;
 use crate::studio::Studio;
 
 /// An answer to an order.
@@ -41,6 +43,8 @@ struct EngineShared {
     state: Mutex<EngineState>,
     wake: Condvar,
     gpu: OnceLock<Gpu>,
+    /// Progress of what may be given up.
+    progress: Arc<Progress>,
     /// Stops a first look when the window closes.
     closing: Control,
 }
@@ -50,15 +54,17 @@ impl EngineShared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next order, with what stops its finer pictures; none once the engine is closed.
-    fn next(&self) -> Option<(u64, Order, Control)> {
+    /// The next order, with what stops its finer pictures, of whose progress it wakes the window; none once the engine is closed.
+    fn next(&self, wake: &Arc<impl Fn() + Send + Sync + 'static>) -> Option<(u64, Order, Control)> {
         let mut state = self.state();
         loop {
             if state.closed {
                 return None;
             }
             if let Some((number, order)) = state.order.take() {
-                state.refining = Control::default();
+                let wake = wake.clone();
+                self.progress.reset();
+                state.refining = self.progress.control(move || wake());
                 return Some((number, order, state.refining.clone()));
             }
             state = self.wake.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -74,12 +80,13 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Starts the worker with a back end. `wake` is called whenever a frame is there.
-    pub fn start(backend: BackendEntry, wake: impl Fn() + Send + 'static) -> Self {
+    /// Starts the worker with a back end and a cache between runs, if any. `wake` is called at every frame and every step of progress.
+    pub fn start(backend: BackendEntry, cache: Option<Arc<dyn Cache>>, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let (sender, frames) = channel();
         let shared = Arc::<EngineShared>::default();
         let of_thread = shared.clone();
-        let thread = std::thread::spawn(move || work(backend, &of_thread, &sender, &wake));
+        let thread =
+            std::thread::spawn(move || work(&|closing| Studio::new(backend, cache.clone(), closing), &of_thread, &sender, &Arc::new(wake)));
         Self { shared, frames, thread: Some(thread) }
     }
 
@@ -98,6 +105,11 @@ impl Engine {
         state.refining.interrupt();
         self.shared.wake.notify_one();
         number
+    }
+
+    /// Stage of the picture that is being refined, and the finished share of it \[1\].
+    pub fn progress(&self) -> Option<(&'static str, f32)> {
+        self.shared.progress.now()
     }
 
     /// The frames that have come since.
@@ -122,9 +134,14 @@ impl Drop for Engine {
     }
 }
 
-fn work(backend: BackendEntry, shared: &EngineShared, sender: &Sender<RenderedFrame>, wake: &dyn Fn()) {
-    let mut studio = Studio::new(backend, shared.closing.clone());
-    while let Some((number, order, control)) = shared.next() {
+fn work(
+    opened: &dyn Fn(Control) -> Studio,
+    shared: &EngineShared,
+    sender: &Sender<RenderedFrame>,
+    wake: &Arc<impl Fn() + Send + Sync + 'static>,
+) {
+    let mut studio = opened(shared.closing.clone());
+    while let Some((number, order, control)) = shared.next(wake) {
         if let Some(gpu) = shared.gpu.get() {
             studio.take(gpu);
         }
@@ -139,7 +156,7 @@ fn work(backend: BackendEntry, shared: &EngineShared, sender: &Sender<RenderedFr
             Ok(Err(error)) => tell(Refinement::Coarse, Err(error.to_string())),
             Err(_) => {
                 tell(Refinement::Coarse, Err("internal error while rendering; the scene is unchanged".into()));
-                studio = Studio::new(backend, shared.closing.clone());
+                studio = opened(shared.closing.clone());
             }
         }
     }

@@ -3,38 +3,23 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use barnard::control::{Control, Stage};
+use barnard::control::Control;
 use barnard::plan::Options;
 use barnard::scene::Scene;
 use barnard_files::SaveImage;
 use barnard_files::formats::{check_writable, writer};
 use eframe::egui::{self, Context};
 
-/// The stage of an export, and how much of it is done.
-#[derive(Default)]
-struct ExportProgress {
-    stage: AtomicU64,
-    done: AtomicU64,
-    all: AtomicU64,
-}
-
-const STAGES: [(Stage, &str); 5] = [
-    (Stage::Gas, "ionised gas"),
-    (Stage::StarDepths, "star depths"),
-    (Stage::Light, "starlight"),
-    (Stage::Rays, "rays"),
-    (Stage::Frames, "frames"),
-];
+use crate::progress::Progress;
 
 /// The work and the way to stop it.
 pub struct Export {
     /// The path of the file.
     pub path: PathBuf,
     control: Control,
-    progress: Arc<ExportProgress>,
+    progress: Arc<Progress>,
     result: Receiver<barnard::Result<()>>,
 }
 
@@ -43,23 +28,17 @@ impl Export {
     ///
     /// # Errors
     /// If the format is not known, the file cannot be written, or the picture would not fit.
-    pub fn start(scene: &Scene, path: &Path, size: (usize, usize), memory_limit: u64, ctx: &Context) -> barnard::Result<Self> {
+    pub fn start(scene: &Scene, path: &Path, size: (usize, usize), options: Options, ctx: &Context) -> barnard::Result<Self> {
         let writer = writer(path)?;
         check_writable(path)?;
         let scene = scene.clone().with_camera(scene.camera.clone().with_size(size.0, size.1));
-        let scene = scene.for_files(writer.has_layers, writer.is_picture, memory_limit)?;
-        let progress = Arc::<ExportProgress>::default();
-        let (heard, repaint) = (progress.clone(), ctx.clone());
-        let control = Control::with_listener(move |stage, done, all| {
-            heard.stage.store(STAGES.iter().position(|s| s.0 == stage).unwrap_or(0) as u64, Ordering::Relaxed);
-            heard.done.store(done, Ordering::Relaxed);
-            heard.all.store(all, Ordering::Relaxed);
-            repaint.request_repaint();
-        });
+        let scene = scene.for_files(writer.has_layers, writer.is_picture, options.memory_limit)?;
+        let (progress, repaint) = (Arc::<Progress>::default(), ctx.clone());
+        let control = progress.control(move || repaint.request_repaint());
         let (sender, result) = channel();
         let (target, stop, repaint) = (path.to_owned(), control.clone(), ctx.clone());
         std::thread::spawn(move || {
-            let work = || barnard::render_with(&scene, &Options::within(memory_limit), &stop)?.save(&target, &scene.save_options());
+            let work = || barnard::render_with(&scene, &options, &stop)?.save(&target, &scene.save_options());
             // Nobody listens any more where the window is gone.
             let _ = sender.send(work());
             repaint.request_repaint();
@@ -89,9 +68,8 @@ impl Export {
         egui::Window::new("Saving the picture").collapsible(false).resizable(false).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -60.0]).show(
             ctx,
             |ui| {
-                let (done, all) = (self.progress.done.load(Ordering::Relaxed), self.progress.all.load(Ordering::Relaxed).max(1));
-                let stage = STAGES[self.progress.stage.load(Ordering::Relaxed) as usize].1;
-                ui.add(egui::ProgressBar::new(done as f32 / all as f32).text(stage).desired_width(280.0));
+                let (stage, share) = self.progress.now().unwrap_or(("preparation", 0.0));
+                ui.add(egui::ProgressBar::new(share).text(stage).desired_width(280.0));
                 if ui.button("Stop").clicked() {
                     self.stop();
                 }

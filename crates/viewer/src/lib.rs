@@ -4,7 +4,7 @@
 //! `scene::schema`. [`engine`] is a worker that takes an [`order`] and makes [`picture`]s in a [`studio`], coarse at
 //! once, fine when nothing moves, by levels that an [`exposure`] holds. [`model`] is all that [`panels`] and the [`viewport`] read; they
 //! send [`command`]s, which [`app`] does once a frame is drawn. [`flight`] moves the observer, [`clock`] the moment; [`keyframes`] and
-//! [`tracks`] are keys of animations, [`timings`] measures the rate of frames. Everything but [`open`] runs without a window.
+//! [`tracks`] are keys of animations, [`timings`] measures the rate of frames, [`progress`] says how far a picture is. Everything but [`open`] runs without a window.
 
 pub mod app;
 pub mod clock;
@@ -25,6 +25,7 @@ pub mod order;
 pub mod panels;
 pub mod picture;
 pub mod probe;
+pub mod progress;
 pub mod session;
 pub mod studio;
 pub mod timings;

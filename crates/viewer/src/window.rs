@@ -41,7 +41,7 @@ pub struct Start {
     pub backend: BackendEntry,
     /// Most bytes that a plan may take.
     pub memory_limit: u64,
-    /// Cache of solved gas and sampled fields between runs, if any.
+    /// Cache of results between runs, if any.
     pub cache: Option<Arc<dyn Cache>>,
     /// True if it prints the rate of window updates to standard error.
     pub timings: bool,
@@ -71,7 +71,7 @@ pub fn open(start: Start) -> Result<(), ViewerError> {
     let of_worker = context.clone();
     // A device is there when the window is.
     let first = if start.backend.device == DeviceUse::Never { start.backend } else { cpu::ENTRY };
-    let engine = Engine::start(first, move || of_worker.get().into_iter().for_each(Context::request_repaint));
+    let engine = Engine::start(first, start.cache.clone(), move || of_worker.get().into_iter().for_each(Context::request_repaint));
     engine.submit(first_look(&document, start.memory_limit));
     let is_real = barnard_gpu::adapters().first().is_some_and(|adapter| adapter.real);
     let app = move |creation: &eframe::CreationContext| {

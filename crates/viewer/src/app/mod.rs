@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use barnard::cache::Cache;
+use barnard::plan::Options;
 use barnard::scene::RayTracer;
 use eframe::egui::{self, Context, Key, Modifiers, TextureOptions, Ui, ViewportCommand};
 
@@ -44,7 +45,7 @@ pub struct App {
     pub memory_limit: u64,
     /// A device that has the light of several stars go through gas, where that is faster.
     pub tracer: Option<Arc<dyn RayTracer>>,
-    /// Cache of solved gas and sampled fields between runs, if any.
+    /// Cache of results between runs, if any.
     pub cache: Option<Arc<dyn Cache>>,
     /// Counter of window updates, if requested.
     pub timings: Option<Timings>,
@@ -61,7 +62,7 @@ pub struct App {
     /// When somebody changed something last \[s\]: gas that is known exactly now is no such change.
     changed: f64,
     /// True if what is asked for is another since gas is known exactly.
-    is_refined: bool,
+    has_exact_gas: bool,
     /// The wish that waits for an answer about unsaved changes.
     leaving: Option<Leaving>,
 }
@@ -86,15 +87,20 @@ impl App {
             ordered: None,
             moved: f64::NEG_INFINITY,
             changed: f64::NEG_INFINITY,
-            is_refined: false,
+            has_exact_gas: false,
             leaving: None,
         }
     }
 
     /// True if the last picture is that of `barnard render`, of all that was asked for.
     pub fn is_settled(&self) -> bool {
-        let settled = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Refinement::Settled;
-        self.ordered.as_ref().zip(self.model.shown.as_ref()).is_some_and(settled) && !self.model.document.is_rough()
+        self.is_refined() && !self.model.document.is_rough()
+    }
+
+    /// True if the last picture is the finest of what was asked for last.
+    fn is_refined(&self) -> bool {
+        let refined = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Refinement::Settled;
+        self.ordered.as_ref().zip(self.model.shown.as_ref()).is_some_and(refined)
     }
 
     /// Opens another scene, if it is one; asks first where changes would be lost.
@@ -171,6 +177,7 @@ impl App {
     pub fn ui(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
         self.take_frames(&ctx);
+        self.model.progress = self.engine.progress().filter(|_| !self.is_refined());
         self.take_drops(&ctx);
         self.tick(&ctx);
         let mut commands = Commands::default();
@@ -228,7 +235,7 @@ impl App {
         let before = self.model.document.scene().clone();
         match self.model.document.take_refined() {
             Ok(true) => {
-                self.is_refined = true;
+                self.has_exact_gas = true;
                 self.model.after_change(&before);
             }
             Ok(false) => {}
@@ -309,7 +316,13 @@ impl App {
                     self.model.complain(words);
                 }
                 Purpose::SavePicture if self.export.is_some() => self.model.complain("a picture is being saved; wait, or stop it"),
-                Purpose::SavePicture => match Export::start(&self.model.scene_as_shown(), &path, size, self.memory_limit, ctx) {
+                Purpose::SavePicture => match Export::start(
+                    &self.model.scene_as_shown(),
+                    &path,
+                    size,
+                    Options::within(self.memory_limit).with_cache(self.cache.clone()),
+                    ctx,
+                ) {
                     Ok(export) => self.export = Some(export),
                     Err(error) => self.model.complain(error),
                 },

@@ -58,7 +58,7 @@ impl App {
         let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && o.exposure == self.model.exposure && same_views(o));
         if !same {
             self.moved = now;
-            if !std::mem::take(&mut self.is_refined) {
+            if !std::mem::take(&mut self.has_exact_gas) {
                 self.changed = now;
             }
         }

@@ -71,6 +71,8 @@ pub struct Model {
     pub exposure: u64,
     /// Progress of the exact gas solution \[%\].
     pub refined: Arc<AtomicU32>,
+    /// Stage of the picture that is being refined, and its finished share \[1\].
+    pub progress: Option<(&'static str, f32)>,
 }
 
 impl Model {
@@ -88,6 +90,7 @@ impl Model {
             probed: None,
             exposure: 0,
             refined: Arc::default(),
+            progress: None,
         }
     }
 

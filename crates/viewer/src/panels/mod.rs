@@ -151,6 +151,9 @@ pub fn status(ui: &mut Ui, model: &Model, commands: &mut Commands) {
                 if let Some(words) = model.refining() {
                     ui.label(format!("· {words}"));
                 }
+                if let Some((stage, share)) = model.progress {
+                    ui.label(format!("· {stage} {:.0} %", 100.0 * share));
+                }
             }
         });
     });

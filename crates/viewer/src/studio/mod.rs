@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use barnard::backend::{self, Backend, BackendEntry, Job, Radiance, Renderer};
+use barnard::cache::Cache;
 use barnard::camera::Camera;
 use barnard::control::Control;
 use barnard::plan::ordinates::Sweeper;
@@ -101,6 +102,8 @@ pub struct Studio {
     opener: Opener,
     /// The device that sweeps light of more than one scattering, where there is one.
     sweeper: Option<Arc<dyn Sweeper>>,
+    /// Cache of results between runs, if any.
+    cache: Option<Arc<dyn Cache>>,
     /// Stops a first look when the window closes.
     closing: Control,
     stands: Vec<Stand>,
@@ -111,9 +114,9 @@ pub struct Studio {
 }
 
 impl Studio {
-    /// A studio with a back end; `closing` stops all that it does.
-    pub fn new(backend: BackendEntry, closing: Control) -> Self {
-        Self { opener: Opener { backend, gpu: None }, sweeper: None, closing, stands: Vec::new(), rate: FIRST_RATE, fixed: 0.0 }
+    /// A studio with a back end and a cache between runs, if any; `closing` stops all that it does.
+    pub fn new(backend: BackendEntry, cache: Option<Arc<dyn Cache>>, closing: Control) -> Self {
+        Self { opener: Opener { backend, gpu: None }, sweeper: None, cache, closing, stands: Vec::new(), rate: FIRST_RATE, fixed: 0.0 }
     }
 
     /// Has pictures rendered on `gpu` from now on.
@@ -341,7 +344,7 @@ impl Studio {
     /// The picture that `barnard render` writes.
     fn settled(&mut self, i: usize, view: &View, order: &Order, control: &Control) -> Result<Picture> {
         let scene = seen(&view.scene, &order.camera);
-        let options = self.options(order.memory_limit);
+        let options = self.options(order.memory_limit).with_cache(self.cache.clone());
         let stand = &mut self.stands[i];
         let start = Instant::now();
         let plan = Planner::new(&options).plan(scene.clone(), stand.settled.as_ref(), control)?;

@@ -1,4 +1,5 @@
 use barnard::backend::{Renderer, cpu};
+use barnard::fixtures::MemoryCache;
 
 use super::*;
 use crate::document::Document;
@@ -28,7 +29,7 @@ fn served(studio: &mut Studio, order: &Order) -> Vec<(Refinement, Picture)> {
 fn pictures_settle_to_what_is_rendered() {
     let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
     let order = order(&document, (60, 40), false);
-    let shown = served(&mut Studio::new(cpu::ENTRY, Control::default()), &order);
+    let shown = served(&mut Studio::new(cpu::ENTRY, None, Control::default()), &order);
     let (quality, last) = shown.last().unwrap();
     assert_eq!(*quality, Refinement::Settled);
     let scene = seen(document.scene(), &order.camera);
@@ -42,12 +43,31 @@ fn pictures_settle_to_what_is_rendered() {
     }
 }
 
+/// Light of all scatterings that a cache holds is not solved again when the window opens anew; previews write nothing there.
+#[test]
+fn settled_pictures_come_from_the_cache() {
+    let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
+    document.apply(Edit::set("method", "bounces", 1000)).unwrap();
+    document.apply(Edit::set("method", "accuracy", 0.05)).unwrap();
+    document.apply(Edit::set("method", "bake", 16)).unwrap();
+    let cache = Arc::new(MemoryCache::default());
+    let settled = |moving: bool| {
+        let mut studio = Studio::new(cpu::ENTRY, Some(cache.clone()), Control::default());
+        served(&mut studio, &order(&document, (24, 16), moving)).pop().unwrap().1.image
+    };
+    settled(true);
+    assert_eq!(cache.counts(), (0, 0));
+    let (first, made) = (settled(false), cache.counts());
+    let (second, found) = (settled(false), cache.counts());
+    assert!(made.0 == 0 && found == (made.1, 0) && found.0 > 0 && first == second, "{made:?} {found:?}");
+}
+
 /// Another stretch colours the picture anew, coarse as it is, and marches nothing; another temperature marches, and
 /// keeps what places decided.
 #[test]
 fn what_has_not_changed_stays() {
     let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-    let mut studio = Studio::new(cpu::ENTRY, Control::default());
+    let mut studio = Studio::new(cpu::ENTRY, None, Control::default());
     let first = served(&mut studio, &order(&document, (40, 30), true));
     document.apply(Edit::set("display", "stretch", "linear")).unwrap();
     let shown = served(&mut studio, &order(&document, (40, 30), true));
@@ -63,7 +83,7 @@ fn what_has_not_changed_stays() {
 #[test]
 fn spectra_change_settled_pictures() {
     let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-    let mut studio = Studio::new(cpu::ENTRY, Control::default());
+    let mut studio = Studio::new(cpu::ENTRY, None, Control::default());
     served(&mut studio, &order(&document, (40, 30), false));
     for (section, key, value) in [
         ("star.0", "temperature", "4000 K"),
@@ -99,7 +119,7 @@ fn spectra_change_settled_pictures() {
 #[test]
 fn pictures_are_recorded() {
     let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-    let mut studio = Studio::new(cpu::ENTRY, Control::default());
+    let mut studio = Studio::new(cpu::ENTRY, None, Control::default());
     document
         .apply(Edit::set("instrument", "preset", "lco-1m-sinistro").and(Edit::set("instrument", "mosaic", toml_edit::Array::new())))
         .unwrap();
@@ -155,9 +175,9 @@ fn devices_make_the_same_pictures() {
     let (gpu, device) = device();
     let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
     let last = |studio: &mut Studio, document: &Document| served(studio, &order(document, (48, 32), false)).pop().unwrap().1;
-    let mut studio = Studio::new(cpu::ENTRY, Control::default());
+    let mut studio = Studio::new(cpu::ENTRY, None, Control::default());
     studio.take(&gpu);
-    let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(cpu::ENTRY, Control::default()), &document));
+    let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(cpu::ENTRY, None, Control::default()), &document));
     assert!(on_device.backend.starts_with("gpu: ") && on_processor.backend == "cpu", "{}", on_device.backend);
     for band in 0..3 {
         let difference = on_device.image.relative_rmse(band, &on_processor.image, band);
@@ -167,7 +187,7 @@ fn devices_make_the_same_pictures() {
     document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
     let after = last(&mut studio, &document);
     assert!(after.backend.starts_with("cpu, since "), "{}", after.backend);
-    assert!(after.image.samples == last(&mut Studio::new(cpu::ENTRY, Control::default()), &document).image.samples);
+    assert!(after.image.samples == last(&mut Studio::new(cpu::ENTRY, None, Control::default()), &document).image.samples);
 }
 
 /// A worker that is closed gives up its first look as well.
@@ -176,7 +196,7 @@ fn closing_stops_a_first_look() {
     let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
     let closing = Control::default();
     closing.interrupt();
-    let mut studio = Studio::new(cpu::ENTRY, closing);
+    let mut studio = Studio::new(cpu::ENTRY, None, closing);
     let served = studio.serve(&order(&document, (48, 32), true), &Control::default(), &mut |_, _| panic!("a picture"));
     assert!(matches!(served, Err(Error::Interrupted)));
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use barnard::plan::Options;
 use barnard_viewer::app::App;
 use barnard_viewer::document::{Document, Origin};
 use barnard_viewer::export::Export;
@@ -99,7 +100,7 @@ fn saving_is_stopped() {
     let export = |harness: &mut Harness<App>, name: &str| {
         let (ctx, path) = (harness.ctx.clone(), folder.path().join(name));
         let app = harness.state_mut();
-        app.export = Some(Export::start(app.model.document.scene(), &path, (6000, 6000), LIMIT, &ctx).unwrap());
+        app.export = Some(Export::start(app.model.document.scene(), &path, (6000, 6000), Options::within(LIMIT), &ctx).unwrap());
         harness.run_steps(3);
     };
     let until = |harness: &mut Harness<App>, so: &dyn Fn(&Harness<App>) -> bool| {

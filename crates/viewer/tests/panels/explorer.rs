@@ -54,7 +54,7 @@ pub fn folder() -> (tempfile::TempDir, PathBuf) {
 
 pub fn app(path: &Path, recovery: Option<PathBuf>) -> App {
     let document = Document::open(path, LIMIT).unwrap();
-    App::new(document, Engine::start(cpu::ENTRY, || ()), Session::new(recovery), LIMIT)
+    App::new(document, Engine::start(cpu::ENTRY, None, || ()), Session::new(recovery), LIMIT)
 }
 
 pub fn harness(app: App) -> Harness<'static, App> {

@@ -1,0 +1,75 @@
+//! Progress of a picture between the thread that makes it and the window.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use barnard::control::{Control, Stage};
+
+const STAGES: [(Stage, &str); 5] = [
+    (Stage::Gas, "ionised gas"),
+    (Stage::StarDepths, "star depths"),
+    (Stage::Light, "starlight"),
+    (Stage::Rays, "rays"),
+    (Stage::Frames, "frames"),
+];
+/// Thousandths of a stage, whose number stands before them.
+const PARTS: u32 = 1000;
+
+/// Stage of a picture, and its finished share; nothing at first.
+#[derive(Debug, Default)]
+pub struct Progress(AtomicU32);
+
+impl Progress {
+    /// A control whose work reports here, and calls `changed` at each new thousandth.
+    pub fn control(self: &std::sync::Arc<Self>, changed: impl Fn() + Send + Sync + 'static) -> Control {
+        let progress = self.clone();
+        Control::with_listener(move |stage, done, all| {
+            let number = STAGES.iter().position(|(known, _)| *known == stage).unwrap_or(0) as u32;
+            let parts = (f64::from(PARTS) * (done as f64 / all.max(1) as f64).min(1.0)) as u32;
+            let now = 1 + number * (PARTS + 1) + parts;
+            if progress.0.swap(now, Ordering::Relaxed) != now {
+                changed();
+            }
+        })
+    }
+
+    /// Forgets the work of before.
+    pub fn reset(&self) {
+        self.0.store(0, Ordering::Relaxed);
+    }
+
+    /// Name of the current stage and its finished share \[1\], once work has reported.
+    pub fn now(&self) -> Option<(&'static str, f32)> {
+        let now = self.0.load(Ordering::Relaxed).checked_sub(1)?;
+        let (stage, parts) = (now / (PARTS + 1), now % (PARTS + 1));
+        Some((STAGES[stage as usize].1, parts as f32 / PARTS as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicUsize;
+
+    use super::*;
+
+    #[test]
+    fn stages_and_their_shares_are_told() {
+        let (progress, changes) = (Arc::new(Progress::default()), Arc::new(AtomicUsize::new(0)));
+        let count = changes.clone();
+        let control = progress.control(move || {
+            count.fetch_add(1, Ordering::Relaxed);
+        });
+        assert_eq!(progress.now(), None);
+        control.report(Stage::Gas, 0, 0);
+        assert_eq!(progress.now(), Some(("ionised gas", 0.0)));
+        for _ in 0..3 {
+            control.report(Stage::Rays, 1, 4);
+        }
+        assert_eq!(progress.now(), Some(("rays", 0.25)));
+        control.report(Stage::Frames, 7, 4);
+        assert_eq!(progress.now(), Some(("frames", 1.0)));
+        assert_eq!(changes.load(Ordering::Relaxed), 3);
+        progress.reset();
+        assert_eq!(progress.now(), None);
+    }
+}
