@@ -57,7 +57,15 @@ fn main() {
 
 fn order(document: &Document, flight: &Flight) -> Order {
     let view = View::of(document);
-    Order { views: vec![view], camera: flight.seen((640, 360)), moving: true, difference: false, exposure: 0, memory_limit: LIMIT }
+    Order {
+        views: vec![view],
+        camera: flight.seen((640, 360)),
+        moving: true,
+        settles: true,
+        difference: false,
+        exposure: 0,
+        memory_limit: LIMIT,
+    }
 }
 
 /// Waits for the frame of an order.

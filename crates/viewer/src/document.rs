@@ -169,6 +169,11 @@ impl Document {
         self.scene.is_rough
     }
 
+    /// True if no finer scene is to come: it is known exactly, or cannot be.
+    pub fn is_final(&self) -> bool {
+        !self.is_rough() || self.failure().is_some()
+    }
+
     /// Begins to compute exactly what is known roughly, unless that is under way or has failed: with a device that traces light and a
     /// cache, if any. `heard` receives the finished share \[1\], and `None` at the end. Work for other gas is cancelled.
     pub fn refine(

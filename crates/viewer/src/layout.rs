@@ -15,13 +15,24 @@ pub struct WindowLayout {
     pub logarithmic: bool,
     /// True if places of stars and the frame of the scene's own picture are drawn.
     pub overlay: bool,
+    /// True if the picture fills the window, past the frame of the scene's own picture.
+    pub fills: bool,
     /// Frame that is drawn over the picture.
     pub guide: Guide,
 }
 
 impl Default for WindowLayout {
     fn default() -> Self {
-        Self { scene: true, picture: true, timeline: false, help: false, logarithmic: false, overlay: false, guide: Guide::None }
+        Self {
+            scene: true,
+            picture: true,
+            timeline: false,
+            help: false,
+            logarithmic: false,
+            overlay: false,
+            fills: false,
+            guide: Guide::None,
+        }
     }
 }
 
@@ -34,12 +45,18 @@ impl WindowLayout {
         let Some(text) = storage.and_then(|s| s.get_string(KEY)) else { return Self::default() };
         let on = |name: &str| text.split(' ').any(|word| word == name);
         let (scene, picture, timeline) = (on("scene"), on("picture"), on("timeline"));
-        Self { scene, picture, timeline, logarithmic: on("logarithmic"), ..Self::default() }
+        Self { scene, picture, timeline, logarithmic: on("logarithmic"), fills: on("fills"), ..Self::default() }
     }
 
     /// Writes the layout down for the next time.
     pub fn save(&self, storage: &mut dyn eframe::Storage) {
-        let open = [("scene", self.scene), ("picture", self.picture), ("timeline", self.timeline), ("logarithmic", self.logarithmic)];
+        let open = [
+            ("scene", self.scene),
+            ("picture", self.picture),
+            ("timeline", self.timeline),
+            ("logarithmic", self.logarithmic),
+            ("fills", self.fills),
+        ];
         storage.set_string(KEY, open.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>().join(" "));
     }
 }

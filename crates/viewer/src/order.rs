@@ -38,6 +38,8 @@ pub struct Order {
     pub camera: Camera,
     /// True if a coarse look is enough, since another order will follow.
     pub moving: bool,
+    /// True if the scenes are final: those that are known roughly get quick pictures alone.
+    pub settles: bool,
     /// True if the second view is shown as its difference from the first.
     pub difference: bool,
     /// The number of times that the levels of pictures were asked for anew.

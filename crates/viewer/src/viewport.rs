@@ -1,5 +1,6 @@
 //! The middle of the window: the picture, what lies over it, and the hands that move it.
 
+use barnard::camera::Camera;
 use barnard::glam::DVec3;
 use eframe::egui::{
     self, Align2, Color32, Context, Event, FontId, Key, Modifiers, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2,
@@ -63,12 +64,13 @@ impl Viewport {
 
 /// Draws the pictures and lets them be moved.
 pub fn show(ui: &mut Ui, hand: &mut Viewport, model: &Model, commands: &mut Commands) {
-    let rect = ui.available_rect_before_wrap();
-    let response = ui.allocate_rect(rect, Sense::click_and_drag());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
+    let area = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
     let edge = |points: f32| (points * scale).round().clamp(16.0, MAX) as usize;
     let halves = if side_by_side(model) { 2.0 } else { 1.0 };
+    let rect = if model.layout.fills { area } else { framed(area, halves * aspect(&model.flight.camera)) };
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
     hand.pixels = Some((edge(rect.width() / halves), edge(rect.height())));
     draw(ui, model, rect);
     let seen = if side_by_side(model) { rect.split_left_right_at_fraction(0.5).0 } else { rect };
@@ -81,6 +83,17 @@ pub fn show(ui: &mut Ui, hand: &mut Viewport, model: &Model, commands: &mut Comm
     }
     guide(ui, model.layout.guide, seen);
     labels(ui, model, rect);
+}
+
+/// Width of a camera's picture, of its height.
+pub fn aspect(camera: &Camera) -> f32 {
+    camera.width as f32 / camera.height as f32
+}
+
+/// The largest rectangle of a given width, of its height, in the middle of an area.
+pub fn framed(area: Rect, aspect: f32) -> Rect {
+    let width = area.width().min(area.height() * aspect);
+    Rect::from_center_size(area.center(), vec2(width, width / aspect))
 }
 
 fn side_by_side(model: &Model) -> bool {
@@ -228,21 +241,15 @@ fn overlay(ui: &Ui, hand: &Viewport, model: &Model, seen: Rect) {
             painter.text(place + vec2(0.6 * GRIP, 0.0), Align2::LEFT_CENTER, name, FontId::proportional(12.0), colour);
         }
     }
-    let camera = &model.flight.camera;
-    let size = framed(seen.size(), camera.width as f32 / camera.height as f32);
-    painter.rect_stroke(
-        Rect::from_center_size(seen.center(), size),
-        0.0,
-        Stroke::new(1.0, colour.gamma_multiply(0.5)),
-        egui::StrokeKind::Inside,
-    );
+    let frame = framed(seen, aspect(&model.flight.camera));
+    painter.rect_stroke(frame, 0.0, Stroke::new(1.0, colour.gamma_multiply(0.5)), egui::StrokeKind::Inside);
 }
 
 /// The largest frame of a shape in the middle of the picture, and its thirds; all beside it is dimmed.
 fn guide(ui: &Ui, guide: Guide, seen: Rect) {
     let Some(shape) = guide.shape() else { return };
     let painter = ui.painter().with_clip_rect(seen);
-    let frame = Rect::from_center_size(seen.center(), framed(seen.size(), shape));
+    let frame = framed(seen, shape);
     let stroke = Stroke::new(1.0, Color32::from_white_alpha(140));
     if guide == Guide::Dome {
         painter.circle_stroke(frame.center(), 0.5 * frame.width(), stroke);
@@ -266,11 +273,6 @@ fn guide(ui: &Ui, guide: Guide, seen: Rect) {
         painter.vline(frame.left() + part * frame.width(), frame.y_range(), third);
         painter.hline(frame.x_range(), frame.top() + part * frame.height(), third);
     }
-}
-
-/// The largest size of a shape, width of its height, within another.
-fn framed(within: egui::Vec2, shape: f32) -> egui::Vec2 {
-    if within.x / within.y > shape { vec2(within.y * shape, within.y) } else { vec2(within.x, within.x / shape) }
 }
 
 /// Writes words onto the picture that are not part of it.

@@ -99,7 +99,7 @@ impl App {
 
     /// True if the last picture is the finest of what was asked for last.
     fn is_refined(&self) -> bool {
-        let refined = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality == Refinement::Settled;
+        let refined = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality >= o.finest();
         self.ordered.as_ref().zip(self.model.shown.as_ref()).is_some_and(refined)
     }
 

@@ -4,18 +4,19 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use barnard::camera::Camera;
-use eframe::egui::Context;
+use eframe::egui::{Context, Pos2, Rect, Vec2, vec2};
 
 use super::App;
 use crate::comparison::{Comparison, With};
 use crate::document::Document;
 use crate::flight::Flight;
-use crate::order::{Order, View};
+use crate::order::{Order, Refinement, View};
+use crate::viewport::{aspect, framed};
 
 /// The time for which nothing may have moved before finer pictures are made [s].
 const REST: f64 = 0.15;
-/// Pixels of the picture in a window that nobody has changed yet.
-const FIRST: (usize, usize) = (604, 744);
+/// Pixels of the middle of a window that nobody has changed yet.
+const FIRST: Vec2 = vec2(604.0, 744.0);
 
 /// The last order, to be compared with what is asked for now.
 pub(super) struct Ordered {
@@ -23,16 +24,26 @@ pub(super) struct Ordered {
     views: Vec<View>,
     camera: Camera,
     exposure: u64,
+    settles: bool,
     pub(super) moving: bool,
+}
+
+impl Ordered {
+    /// The quality of its last picture at rest.
+    pub(super) fn finest(&self) -> Refinement {
+        if self.settles { Refinement::Settled } else { Refinement::Full }
+    }
 }
 
 /// A first look at a document, before there is a window.
 pub fn first_look(document: &Document, memory_limit: u64) -> Order {
-    let view = View::of(document);
+    let (view, flight) = (View::of(document), Flight::of(document.scene()));
+    let frame = framed(Rect::from_min_size(Pos2::ZERO, FIRST), aspect(&flight.camera)).size();
     Order {
         views: vec![view],
-        camera: Flight::of(document.scene()).seen(FIRST),
+        camera: flight.seen((frame.x.round() as usize, frame.y.round() as usize)),
         moving: true,
+        settles: false,
         difference: false,
         exposure: 0,
         memory_limit,
@@ -55,7 +66,11 @@ impl App {
         let same_views =
             |o: &Ordered| o.views.len() == views.len() && o.views.iter().zip(&views).all(|(a, b)| Arc::ptr_eq(&a.scene, &b.scene));
         let camera = self.model.flight.seen(size);
-        let same = self.ordered.as_ref().is_some_and(|o| o.camera == camera && o.exposure == self.model.exposure && same_views(o));
+        let settles = self.model.document.is_final();
+        let same = self
+            .ordered
+            .as_ref()
+            .is_some_and(|o| o.camera == camera && o.exposure == self.model.exposure && o.settles == settles && same_views(o));
         if !same {
             self.moved = now;
             if !std::mem::take(&mut self.has_exact_gas) {
@@ -88,11 +103,12 @@ impl App {
             views: views.clone(),
             camera: camera.clone(),
             moving,
+            settles,
             difference,
             exposure: self.model.exposure,
             memory_limit: self.memory_limit,
         };
-        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, exposure: self.model.exposure, moving });
+        self.ordered = Some(Ordered { number: self.engine.submit(order), views, camera, exposure: self.model.exposure, settles, moving });
     }
 
     /// True if the view differs from the document's by more than the digits that it is written with.

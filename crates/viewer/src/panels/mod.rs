@@ -69,6 +69,7 @@ fn view_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         }
     };
     checkbox("Stars and frame (M)", |layout| &mut layout.overlay);
+    checkbox("Fill the window", |layout| &mut layout.fills);
     checkbox("Scene panel", |layout| &mut layout.scene);
     checkbox("Picture panel", |layout| &mut layout.picture);
     checkbox("Timeline (T)", |layout| &mut layout.timeline);

@@ -170,6 +170,9 @@ impl Studio {
             show(quality, self.previews(order, scale, control)?);
             reached = Some(quality);
         }
+        if !order.settles {
+            return Ok(());
+        }
         if reached < Some(Refinement::Settled) {
             let (pictures, failure) = self.all_settled(order, control)?;
             show(Refinement::Settled, pictures);

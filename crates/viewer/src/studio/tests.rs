@@ -12,6 +12,7 @@ fn order(document: &Document, size: (usize, usize), moving: bool) -> Order {
         views: vec![view],
         camera: Flight::of(document.scene()).seen(size),
         moving,
+        settles: true,
         difference: false,
         exposure: 0,
         memory_limit: 1 << 32,
