@@ -19,7 +19,6 @@ use crate::engine::Engine;
 use crate::export::Export;
 use crate::files::{Files, Purpose};
 use crate::model::{Model, Shown};
-use crate::order::Refinement;
 use crate::panels;
 use crate::session::Session;
 use crate::timings::{Look, Timings};
