@@ -44,6 +44,16 @@ fn pictures_settle_to_what_is_rendered() {
     }
 }
 
+/// A scene that is known roughly is not rendered in full: what is exact would throw the picture away.
+#[test]
+fn rough_scenes_get_quick_pictures() {
+    let document = Document::builtin("barres_neyret", 1 << 32).unwrap();
+    let order = Order { settles: false, ..order(&document, (40, 30), false) };
+    let mut studio = Studio::new(cpu::ENTRY, None, Control::default());
+    assert_eq!(served(&mut studio, &order).last().unwrap().0, Refinement::Full);
+    assert_eq!(served(&mut studio, &Order { settles: true, ..order }).last().unwrap().0, Refinement::Settled);
+}
+
 /// Light of all scatterings that a cache holds is not solved again when the window opens anew; previews write nothing there.
 #[test]
 fn settled_pictures_come_from_the_cache() {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use barnard_viewer::app::App;
+use barnard_viewer::command::Command;
 use eframe::egui::accesskit::Role;
 use eframe::egui::vec2;
 use eframe::egui::{Key, Modifiers, PointerButton, Rect};
@@ -115,6 +116,22 @@ fn a_star_is_dragged() {
     let seen = rect.min + vec2(column as f32, row as f32) * scale;
     assert!(seen.distance(target) < 3.0 && (moved.z - 0.9).abs() < 1e-4, "{seen:?} {target:?} {moved}");
     assert_eq!(camera.position, barnard::glam::DVec3::new(0.0, 0.0, 6.0));
+}
+
+/// The picture has the frame of the scene's own, and fills the middle of the window on request.
+#[test]
+fn the_frame_is_the_scenes() {
+    let (_folder, mut harness) = open();
+    let shape = |harness: &Harness<App>| {
+        let (rect, pixels) = (viewport(harness), harness.state().viewport.pixels.unwrap());
+        assert!((rect.aspect_ratio() - pixels.0 as f32 / pixels.1 as f32).abs() < 0.01, "{rect} {pixels:?}");
+        rect.aspect_ratio()
+    };
+    let own = barnard_viewer::viewport::aspect(&harness.state().model.document.scene().camera);
+    assert!((shape(&harness) - own).abs() < 0.01, "{} {own}", shape(&harness));
+    harness.state_mut().perform(Command::Layout(Box::new(|layout| layout.fills = true)));
+    settle(&mut harness);
+    assert!((shape(&harness) - own).abs() > 0.1, "{} {own}", shape(&harness));
 }
 
 /// Filters become points, and a point of a curve that is dragged down lets less light through.
