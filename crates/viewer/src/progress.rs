@@ -23,14 +23,14 @@ const PERIOD: Duration = Duration::from_millis(250);
 pub struct Progress(AtomicU32);
 
 impl Progress {
-    /// A control whose work reports here, and calls `changed` now and then.
+    /// Control for work whose progress is kept here; `changed` is called at most four times a second.
     pub fn control(self: &Arc<Self>, changed: impl Fn() + Send + Sync + 'static) -> Control {
         let (progress, told) = (self.clone(), Mutex::new(None::<Instant>));
         Control::with_listener(move |stage, done, all| {
             let number = STAGES.iter().position(|(known, _)| *known == stage).unwrap_or(0) as u32;
             let parts = (f64::from(PARTS) * (done as f64 / all.max(1) as f64).min(1.0)) as u32;
             progress.0.store(1 + number * (PARTS + 1) + parts, Ordering::Relaxed);
-            // Whoever does not get the lock has company that tells.
+            // A thread without the lock leaves the report to the one that has it.
             if let Ok(mut told) = told.try_lock()
                 && told.is_none_or(|told| told.elapsed() >= PERIOD)
             {

@@ -25,7 +25,7 @@ pub(super) enum Unary {
 }
 
 impl Unary {
-    /// The function itself.
+    /// Its value at a number.
     pub(super) fn of(self, a: f64) -> f64 {
         match self {
             Unary::Negation => -a,
@@ -60,7 +60,7 @@ pub(super) enum Binary {
 }
 
 impl Binary {
-    /// The function itself.
+    /// Its value at two numbers.
     pub(super) fn of(self, a: f64, b: f64) -> f64 {
         match self {
             Binary::Sum => a + b,

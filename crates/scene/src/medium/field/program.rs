@@ -32,7 +32,7 @@ impl Program {
         let mut program = Self::default();
         let mut known = HashMap::new();
         let root = program.add(term, &mut known);
-        // Numbers that others were made of may stand behind a formula that is one itself.
+        // Operands of a formula that is a number may stand behind it.
         program.operations.truncate(root + 1);
         program
     }
