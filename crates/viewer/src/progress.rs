@@ -25,16 +25,16 @@ pub struct Progress(AtomicU32);
 impl Progress {
     /// Control for work whose progress is kept here; `changed` is called at most four times a second.
     pub fn control(self: &Arc<Self>, changed: impl Fn() + Send + Sync + 'static) -> Control {
-        let (progress, told) = (self.clone(), Mutex::new(None::<Instant>));
+        let (progress, last_report) = (self.clone(), Mutex::new(None::<Instant>));
         Control::with_listener(move |stage, done, all| {
             let number = STAGES.iter().position(|(known, _)| *known == stage).unwrap_or(0) as u32;
             let parts = (f64::from(PARTS) * (done as f64 / all.max(1) as f64).min(1.0)) as u32;
             progress.0.store(1 + number * (PARTS + 1) + parts, Ordering::Relaxed);
             // A thread without the lock leaves the report to the one that has it.
-            if let Ok(mut told) = told.try_lock()
-                && told.is_none_or(|told| told.elapsed() >= PERIOD)
+            if let Ok(mut last_report) = last_report.try_lock()
+                && last_report.is_none_or(|time| time.elapsed() >= PERIOD)
             {
-                *told = Some(Instant::now());
+                *last_report = Some(Instant::now());
                 changed();
             }
         })
@@ -75,8 +75,8 @@ mod tests {
         assert_eq!(progress.now(), Some(("rays", 0.25)));
         control.report(Stage::Frames, 7, 4);
         assert_eq!(progress.now(), Some(("frames", 1.0)));
-        let told = changes.load(Ordering::Relaxed);
-        assert!((1..5).contains(&told), "{told}");
+        let reports = changes.load(Ordering::Relaxed);
+        assert!((1..5).contains(&reports), "{reports}");
         progress.reset();
         assert_eq!(progress.now(), None);
     }

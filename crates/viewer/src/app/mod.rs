@@ -96,7 +96,7 @@ impl App {
         self.is_refined() && !self.model.document.is_rough()
     }
 
-    /// True if the last picture is the finest of what was asked for last.
+    /// True if the shown picture is the finest one of the last order.
     fn is_refined(&self) -> bool {
         let refined = |(o, s): (&Ordered, &Shown)| !o.moving && s.number == o.number && s.quality >= o.finest();
         self.ordered.as_ref().zip(self.model.shown.as_ref()).is_some_and(refined)

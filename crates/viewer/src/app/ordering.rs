@@ -15,7 +15,7 @@ use crate::viewport::{aspect, framed};
 
 /// The time for which nothing may have moved before finer pictures are made [s].
 const REST: f64 = 0.15;
-/// Pixels of the middle of a window that nobody has changed yet.
+/// Size of the central panel in a new window [points].
 const FIRST: Vec2 = vec2(604.0, 744.0);
 
 /// The last order, to be compared with what is asked for now.

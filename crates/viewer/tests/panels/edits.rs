@@ -127,11 +127,11 @@ fn the_frame_is_the_scenes() {
         assert!((rect.aspect_ratio() - pixels.0 as f32 / pixels.1 as f32).abs() < 0.01, "{rect} {pixels:?}");
         rect.aspect_ratio()
     };
-    let own = barnard_viewer::viewport::aspect(&harness.state().model.document.scene().camera);
-    assert!((shape(&harness) - own).abs() < 0.01, "{} {own}", shape(&harness));
+    let expected = barnard_viewer::viewport::aspect(&harness.state().model.document.scene().camera);
+    assert!((shape(&harness) - expected).abs() < 0.01, "{} {expected}", shape(&harness));
     harness.state_mut().perform(Command::Layout(Box::new(|layout| layout.fills = true)));
     settle(&mut harness);
-    assert!((shape(&harness) - own).abs() > 0.1, "{} {own}", shape(&harness));
+    assert!((shape(&harness) - expected).abs() > 0.1, "{} {expected}", shape(&harness));
 }
 
 /// Filters become points, and a point of a curve that is dragged down lets less light through.

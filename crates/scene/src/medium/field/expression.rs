@@ -40,13 +40,8 @@ pub(super) struct Formula {
     /// Names of its variables, sorted.
     pub(super) names: Vec<String>,
     pub(super) program: Program,
-}
-
-impl Formula {
     /// True if a function of it jumps.
-    fn jumps(&self) -> bool {
-        ["step", "floor", "ceil"].iter().any(|name| self.normalised.contains(&format!("{name}(")))
-    }
+    jumps: bool,
 }
 
 #[derive(Debug)]
@@ -70,7 +65,8 @@ pub(super) fn parsed(formula: &str) -> std::result::Result<Formula, String> {
     let flat = FlatEx::<Term, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
     let names = flat.var_names().to_vec();
     let term = flat.eval(&(0..names.len()).map(Term::Variable).collect::<Vec<_>>()).map_err(|e| wrong(e.to_string()))?;
-    Ok(Formula { normalised, names, program: Program::new(&term) })
+    let jumps = ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")));
+    Ok(Formula { normalised, names, program: Program::new(&term), jumps })
 }
 
 /// The axis that a variable is: x, y or z.
@@ -238,7 +234,7 @@ impl Field for Expression {
         self.bounds
     }
     fn has_edges(&self) -> bool {
-        self.formula.jumps() || self.fields().any(|f| f.has_edges())
+        self.formula.jumps || self.fields().any(|f| f.has_edges())
     }
     fn feature_pc(&self) -> f64 {
         self.fields().map(|f| f.feature_pc()).fold(f64::INFINITY, f64::min)

@@ -56,25 +56,17 @@ impl Binary {
                 (Within(bounds), _) | (_, Within(bounds)) => Within(bounds),
                 _ => Everywhere,
             },
-            Binary::Quotient => {
-                if matches!(a, Number(0.0) | Within(_)) {
-                    a
-                } else {
-                    Everywhere
-                }
-            }
+            Binary::Quotient => match a {
+                Number(0.0) | Within(_) => a,
+                _ => Everywhere,
+            },
             Binary::Power => match (&a, &b) {
                 (Within(_), Number(exponent)) if *exponent > 0.0 => a,
                 _ => Everywhere,
             },
             Binary::Min | Binary::Max => match (&a, &b) {
-                (Within(_), Number(number)) | (Number(number), Within(_)) if self.of(0.0, *number) == 0.0 => {
-                    if matches!(a, Within(_)) {
-                        a
-                    } else {
-                        b
-                    }
-                }
+                (Within(_), Number(number)) if self.of(0.0, *number) == 0.0 => a,
+                (Number(number), Within(_)) if self.of(*number, 0.0) == 0.0 => b,
                 _ => a.either(b),
             },
             Binary::Step => match (&a, &b) {
