@@ -1,5 +1,6 @@
 //! The constants of a shader, printed: what a shape comes to, where tables start, and the limits of the processor's march.
 
+use barnard::backend::cpu::EVEN_FRONT;
 use barnard::backend::cpu::detail::{DETAIL_ALIKE, DETAIL_PLACES};
 use barnard::camera::panorama;
 use barnard::detail::{CUMULANTS, NORM};
@@ -58,13 +59,14 @@ pub fn limits(shape: &ShaderShape) -> Limits {
             ("FIRST_TERM", first_terms.collect()),
             ("STAR_SLOTS", shape.star_slots.clone()),
             ("EMITTER_SLOTS", shape.emitter_slots.clone()),
+            ("FRONTED", shape.fronted.iter().map(|is| usize::from(*is)).collect()),
             ("DETAILED", (0..shape.quads).map(|q| usize::from(shape.detailed.get(q) == Some(&true))).collect()),
         ],
     }
 }
 
 /// Whole numbers of the march.
-fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize); 41] {
+fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize); 42] {
     let lights = shape.lights() - 1;
     let kind = |kind: PhaseKind| kind as usize;
     let sight = |sight: Sight| sight as usize;
@@ -91,6 +93,7 @@ fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize
         ("FIELD_POLYNOMIALS", shape.field.map_or(0, |f| f.polynomials)),
         ("FIELD_CHANNELS", shape.field_channels().max(1)),
         ("FIELD_QUAD", shape.field.map_or(0, |f| f.quad)),
+        ("FRONT_SLOT", shape.front.unwrap_or(0)),
         ("SCATTERED_QUAD", shape.scattered_field.unwrap_or(0)),
         ("MANY_LIGHTS", shape.many_lights),
         ("MANY_LIGHTS_STRIDE", many_lights::STAR + shape.room / 4),
@@ -114,8 +117,9 @@ fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize
 }
 
 /// Real numbers of the march.
-fn reals() -> [(&'static str, f64); 27] {
+fn reals() -> [(&'static str, f64); 28] {
     [
+        ("EVEN_FRONT", f64::from(EVEN_FRONT)),
         ("PHASE_RANGE", PHASE_RANGE),
         ("MAX_PHASES", MAX_PHASES as f64),
         ("MAX_PIECES", MAX_PIECES as f64),
@@ -155,6 +159,7 @@ pub fn constants(shape: &ShaderShape, offsets: &Offsets, workgroup: (u32, u32), 
         ("HAS_BACKGROUND", shape.background),
         ("HAS_FIELD", shape.field.is_some()),
         ("HAS_SCATTERED_FIELD", shape.scattered_field.is_some()),
+        ("HAS_FRONT", shape.front.is_some()),
         ("HAS_CLOUD", shape.cloud),
         ("HAS_DETAIL", shape.detail > 0),
         ("STAR_MARCH", shape.star_march),

@@ -82,6 +82,10 @@ pub struct ShaderShape {
     pub star_slots: Vec<usize>,
     /// Channel offsets of the densities of each gas species.
     pub emitter_slots: Vec<usize>,
+    /// Channel offset of the front at which gas ends.
+    pub front: Option<usize>,
+    /// By species true if it ends at the front.
+    pub fronted: Vec<bool>,
     pub inner: usize,
     pub brick_grids: usize,
     /// Kinds of voxels of the plan's grids.
@@ -137,6 +141,8 @@ impl ShaderShape {
             shared: shared.is_some(),
             star_slots: weights.scattered.iter().map(|s| number_of(Channel::StarDepth(s.star))).collect(),
             emitter_slots: weights.emitted.iter().map(|e| number_of(Channel::Emission(e.species))).collect(),
+            front: slot_of(Channel::Front).map(|(quad, lane)| 4 * quad + lane),
+            fronted: weights.emitted.iter().map(|e| plan.space().gas()[e.species].front().is_some()).collect(),
             inner: plan.space().inner_boxes().len(),
             brick_grids: plan.space().bricks.len(),
             voxels: plan.space().voxels().len(),

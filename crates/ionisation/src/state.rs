@@ -70,6 +70,11 @@ impl GasState {
         gas.hydrogen * gas.abundances[element as usize] * self.fractions[element as usize][charge]
     }
 
+    /// Fraction of hydrogen that is ionised \[1\].
+    pub fn ionised(&self) -> f64 {
+        self.fractions[Element::Hydrogen as usize][1]
+    }
+
     /// n_p n_e \[cm⁻⁶\].
     pub fn pairs(&self, gas: &Gas) -> f64 {
         self.electrons * self.density(gas, Element::Hydrogen, 1)

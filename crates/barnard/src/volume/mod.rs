@@ -33,6 +33,8 @@ pub enum Channel {
     StarDepth(usize),
     /// Density of a glowing species, in its own unit.
     Emission(usize),
+    /// Values u of the [front](Grid::front) at which gas ends \[1\].
+    Front,
     /// Light of all stars, in one element and polynomial.
     Light(usize),
     /// The source function towards the eye of one term [W m⁻² sr⁻¹]: light that was scattered before, and that of the

@@ -142,6 +142,40 @@ fn twice_the_mean(before: f32, middle: f32, after: f32) -> f32 {
     return before + after;
 }
 
+// Mean of min(max(u, 0), 1) between two values of u, linear in between.
+// twin: barnard_scene::medium::field::front::mean_share
+fn mean_share(before: f32, after: f32) -> f32 {
+    let ends = vec2f(before, after);
+    let below = max(ends, vec2f(0.0));
+    let primitive = select(ends - 0.5, 0.5 * below * below, ends < vec2f(1.0));
+    let change = after - before;
+    let is_even = abs(change) < EVEN_FRONT;
+    return select((primitive.y - primitive.x) / select(change, 1.0, is_even), clamp(0.5 * (before + after), 0.0, 1.0), is_even);
+}
+
+// Shares of the halves of a segment that are in front of the front; without middles, of all of it.
+fn front_shares(before: ptr<function, array<vec4f, QUADS>>, middle: ptr<function, array<vec4f, QUADS>>, after: ptr<function, array<vec4f, QUADS>>) -> vec2f {
+    if !HAS_FRONT {
+        return vec2f(1.0);
+    }
+    let u = vec3f((*before)[FRONT_SLOT / 4u][FRONT_SLOT % 4u], (*middle)[FRONT_SLOT / 4u][FRONT_SLOT % 4u], (*after)[FRONT_SLOT / 4u][FRONT_SLOT % 4u]);
+    if HAS_MIDDLES {
+        return vec2f(mean_share(u.x, u.y), mean_share(u.y, u.z));
+    }
+    return vec2f(mean_share(u.x, u.z));
+}
+
+// Two times the mean density of a gas over a segment, and over its first half as a part of the whole, given the density at the
+// beginning, the middle and the end.
+// twin: barnard::backend::cpu::segment::Segment::twice_the_glow
+fn twice_the_glow(density: vec3f, shares: vec2f) -> vec2f {
+    if HAS_MIDDLES {
+        let halves = 0.5 * shares * (density.xz + density.y);
+        return vec2f(halves.x + halves.y, halves.x);
+    }
+    return vec2f(shares.x * (density.x + density.z), 0.0);
+}
+
 // The mean of a value over the light that the dust scatters, given both at the beginning, the middle and the end.
 // twin: barnard::backend::cpu::segment::Segment::mean_over_dust
 fn mean_over_dust(sigma: vec3f, value: vec3f) -> f32 {
@@ -159,14 +193,16 @@ fn mean_depth_of_gas(step_span: StepSpan, growth: f32, before: ptr<function, arr
     if !HAS_MIDDLES {
         return 0.5 * growth;
     }
+    let shares = front_shares(before, middle, after);
     var all = 0.0;
     var early = 0.0;
     for (var e = 0u; e < EMITTERS; e++) { // written out
         let slot = EMITTER_SLOTS[e];
+        let density = vec3f((*before)[slot / 4u][slot % 4u], (*middle)[slot / 4u][slot % 4u], (*after)[slot / 4u][slot % 4u]);
         let total = constants[EMITTED + e].x;
-        let first = (*before)[slot / 4u][slot % 4u] + (*middle)[slot / 4u][slot % 4u];
-        all = fma(total, first + (*middle)[slot / 4u][slot % 4u] + (*after)[slot / 4u][slot % 4u], all);
-        early = fma(total, first, early);
+        let glow = twice_the_glow(density, select(vec2f(1.0), shares, FRONTED[e] > 0u));
+        all = fma(total, glow.x, all);
+        early = fma(total, glow.y, early);
     }
     let share = select(0.5, early / max(all, TINY), all > 0.0);
     var first = 0.0;
@@ -201,10 +237,11 @@ fn segment(state: ptr<function, State>, ray: Ray, step_span: StepSpan, before: p
         }
     }
     let gas_depth = mean_depth_of_gas(step_span, growth, before, middle, after);
+    let shares = front_shares(before, middle, after);
     for (var e = 0u; e < EMITTERS; e++) { // written out
         let slot = EMITTER_SLOTS[e];
-        let glow = twice_the_mean((*before)[slot / 4u][slot % 4u], (*middle)[slot / 4u][slot % 4u], (*after)[slot / 4u][slot % 4u]);
-        let light = 0.5 * step_span.length * glow;
+        let density = vec3f((*before)[slot / 4u][slot % 4u], (*middle)[slot / 4u][slot % 4u], (*after)[slot / 4u][slot % 4u]);
+        let light = 0.5 * step_span.length * twice_the_glow(density, select(vec2f(1.0), shares, FRONTED[e] > 0u)).x;
         if light > 0.0 {
             accumulate(state, SCATTERERS + e, vec2f(0.0), light, (*state).tau + gas_depth, 0.5 * growth);
         }

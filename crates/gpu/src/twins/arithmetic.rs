@@ -6,6 +6,7 @@ use crate::forms::FORMS;
 use crate::layout::ShaderLayout;
 use crate::layout::quads;
 use crate::test_device::device;
+use barnard::field::mean_share;
 use barnard::packet;
 use barnard::packet::LANES;
 use barnard::packet::scaled_exp_integrals;
@@ -95,6 +96,13 @@ fn segments_of_two_samples() {
     let plan = &plan("");
     let positive = [(0.1, 2.0); 6];
     agree(&gpu, plan, "y[0] = twice_the_mean(x[0], x[1], x[2]);", &positive[..3], 1e-6, |x| vec![0.5 * (x[0] + x[2]) + x[1]]);
+    agree(&gpu, plan, "y[0] = mean_share(x[0], x[1]);", &[(-2.0, 3.0); 2], 2e-6, |x| vec![mean_share(x[0], x[1])]);
+    agree(&gpu, plan, "y[0] = mean_share(x[0], x[0] + 0.005);", &[(-0.2, 1.2)], 2e-3, |x| vec![mean_share(x[0], x[0] + 0.005)]);
+    let body = "let glow = twice_the_glow(vec3f(x[0], x[1], x[2]), vec2f(x[3], x[4])); y[0] = glow.x; y[1] = glow.y;";
+    agree(&gpu, plan, body, &positive[..5], 1e-6, |x| {
+        let early = 0.5 * x[3] * (x[0] + x[1]);
+        vec![early + 0.5 * x[4] * (x[1] + x[2]), early]
+    });
     // Linear between three values at 0, 1 and 2.
     let linear = |[a, b, c]: [f64; 3], t: f64| if t < 1.0 { a + t * (b - a) } else { b + (t - 1.0) * (c - b) };
     let integral = |f: &dyn Fn(f64) -> f64| integrate(f, 0.0, 1.0, 1e-12) + integrate(f, 1.0, 2.0, 1e-12);

@@ -8,6 +8,7 @@ use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Star;
 use super::gas::ionised::IonisedGas;
+use super::gas::voxel_gas::VoxelGas;
 use crate::cache::Cache;
 use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
@@ -37,6 +38,7 @@ pub struct Loader {
     stars: Recent<Vec<Star>>,
     catalogues: Recent<StarCatalogue>,
     gas: Recent<IonisedGas>,
+    knots: Recent<VoxelGas>,
     rough_gas: Recent<IonisedGas>,
     /// True if what takes long is made roughly.
     pub(super) is_rough: bool,
@@ -66,6 +68,7 @@ impl Loader {
             catalogues: Arc::default(),
             gas: Arc::default(),
             rough_gas: Arc::default(),
+            knots: Arc::default(),
             is_rough: false,
             tracer: None,
             moment: 0.0,
@@ -178,6 +181,11 @@ impl Loader {
     /// The stars of the catalogue that `content` describes: those of before, or read anew.
     pub(super) fn catalogue(&self, content: Fingerprint, build: impl FnOnce() -> Result<StarCatalogue>) -> Result<Arc<StarCatalogue>> {
         cached(&self.catalogues, 1, content, build)
+    }
+
+    /// Gas at a knot of a film: that of before, or anew.
+    pub(super) fn knot(&self, content: Fingerprint, build: impl FnOnce() -> Result<VoxelGas>) -> Result<Arc<VoxelGas>> {
+        cached(&self.knots, MAX_GAS, content, build)
     }
 
     /// Ionised state of the gas that `content` describes: that of before, or anew.

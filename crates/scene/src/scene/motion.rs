@@ -172,7 +172,7 @@ fn sliced(grid: &Grid, receding: &Receding, steps: VelocitySteps, memory_limit: 
         Ok((!is_empty)
             .then(|| Grid::new(lattice.dims, lattice.bounds, slice_values))
             .transpose()?
-            .map(|grid| Arc::new(grid) as Arc<dyn Field>))
+            .map(|slice| Arc::new(slice.with_front_of(grid)) as Arc<dyn Field>))
     };
     (0..steps.count).map(slice).collect()
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use spectra::fingerprint::Digest;
 use spectra::passband::Passband;
 
+use super::gas::VoxelGas;
 use super::root::*;
 use super::{
     Background, Fields, Film, IonisedGas, Loader, Scene, SceneSpec, Spectrograph, Star, background, band, catalogue, detail, display, dust,
@@ -132,20 +133,29 @@ fn ionised(
     film: Option<Film>,
     loader: &Loader,
 ) -> Result<Arc<IonisedGas>> {
-    // The mean over the stars of several moments.
-    let solved = |moments: &[&[Star]]| {
+    let content = |moments: &[&[Star]]| {
         let mut content = Digest::new("gas");
         content.part(section.fingerprint()).part(fields.fingerprint());
         for stars in moments {
             content.part(gas::sources(stars, bands));
         }
-        loader.gas(content.finish(), || gas::mean(moments, |stars| gas::solve(section, loader, fields, stars, bands)))
+        content.finish()
     };
-    let Some(film) = film.filter(|_| !loader.is_rough) else { return solved(&[stars]) };
-    let Some([(before, first), (present, second), (after, third)]) = film.around(section, fields, loader)? else { return solved(&[stars]) };
-    let solve = |knot: &film::Knot| solved(&knot.iter().map(Vec::as_slice).collect::<Vec<_>>());
-    let earlier = solve(&before)?.mixed(&*solve(&present)?, second / (first + second));
-    Ok(Arc::new(earlier.mixed(&*solve(&after)?, third)))
+    let solve = |stars: &[Star]| gas::solve(section, loader, fields, stars, bands);
+    let nearest = match film.filter(|_| !loader.is_rough) {
+        Some(film) => film.around(section, fields, loader)?,
+        None => None,
+    };
+    let Some([(before, first), (present, second), (after, third)]) = nearest else {
+        return loader.gas(content(&[stars]), || Ok(solve(stars)?.with_fronts()));
+    };
+    // The mean over the stars of several moments.
+    let knot = |knot: &film::Knot| {
+        let moments: Vec<&[Star]> = knot.iter().map(Vec::as_slice).collect();
+        loader.knot(content(&moments), || gas::mean(&moments, solve))
+    };
+    let earlier = VoxelGas::clone(&*knot(&before)?).mixed(&*knot(&present)?, second / (first + second));
+    Ok(Arc::new(earlier.mixed(&*knot(&after)?, third).with_fronts()))
 }
 
 /// Copy of the error with the line of the text, where the tree that the scene is from knows it.

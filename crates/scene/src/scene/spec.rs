@@ -208,7 +208,7 @@ impl SceneSpec {
             (None, None) => None,
             (None, Some(gas)) => {
                 let solver = Solver { is_rough: self.is_rough, memory_limit, tracer: None, cache: None, control };
-                Some(Arc::new(gas.ionised_by(&self.stars, &self.bands, &solver)?))
+                Some(Arc::new(gas.ionised_by(&self.stars, &self.bands, &solver)?.with_fronts()))
             }
         };
         let species = match earlier.filter(|scene| scene.species_from == sources.1) {

@@ -34,6 +34,8 @@ use crate::packet::LANES;
 use crate::plan::{Plan, Planned};
 use march::March;
 pub(crate) use plates::{Combined, combined};
+#[doc(hidden)]
+pub use segment::EVEN_FRONT;
 use tables::Tables;
 
 /// Rays along each edge of a packet's tile.

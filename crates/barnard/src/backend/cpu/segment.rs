@@ -19,6 +19,8 @@ pub(super) struct Segment<'a> {
     pub growth: Lane,
     /// By how much it grows before the middle sample, where there is one \[1\].
     first: Lane,
+    /// Shares of its gas that are in front of the front: of both halves, or of the whole without a middle sample \[1\].
+    front: Option<[Lane; 2]>,
 }
 
 impl<'a> Segment<'a> {
@@ -32,7 +34,8 @@ impl<'a> Segment<'a> {
         middle: Option<&'a [Lane]>,
     ) -> Self {
         let length = lanes!(|lane| span.length * state.dt[lane]);
-        let mut segment = Self { span, before, after, middle, length, growth: [0.0; LANES], first: [0.0; LANES] };
+        let mut segment = Self { span, before, after, middle, length, growth: [0.0; LANES], first: [0.0; LANES], front: None };
+        segment.front = context.slots.front.map(|front| segment.shares(front));
         if let Some(dust) = context.slots.dust {
             let twice = segment.twice_the_mean(dust);
             segment.growth = lanes!(|lane| 0.5 * length[lane] * twice[lane]);
@@ -41,12 +44,6 @@ impl<'a> Segment<'a> {
             }
         }
         segment
-    }
-
-    /// True if there is a sample in the middle.
-    #[inline(always)]
-    pub fn has_middle(&self) -> bool {
-        self.middle.is_some()
     }
 
     /// The mean of what a slot holds over the light that the dust scatters: by σ, both linear between samples.
@@ -90,6 +87,28 @@ impl<'a> Segment<'a> {
         }
     }
 
+    /// Mean shares of the halves, or of the whole without a middle sample, by the slot of u.
+    #[inline(always)]
+    fn shares(&self, front: usize) -> [Lane; 2] {
+        let (before, after) = (&self.before[front], &self.after[front]);
+        match self.middle {
+            None => [mean_shares(before, after), [0.0; LANES]],
+            Some(middle) => [mean_shares(before, &middle[front]), mean_shares(&middle[front], after)],
+        }
+    }
+
+    /// [Twice the mean](Self::twice_the_mean) and [twice the early](Self::twice_the_early) density of a gas that ends at the front.
+    #[inline(always)]
+    pub fn twice_the_glow(&self, slot: usize, has_front: bool) -> [Lane; 2] {
+        let Some([first, second]) = self.front.as_ref().filter(|_| has_front) else {
+            return [self.twice_the_mean(slot), self.twice_the_early(slot)];
+        };
+        let (before, after) = (&self.before[slot], &self.after[slot]);
+        let Some(middle) = self.middle else { return [lanes!(|lane| first[lane] * (before[lane] + after[lane])), [0.0; LANES]] };
+        let early = lanes!(|lane| 0.5 * first[lane] * (before[lane] + middle[slot][lane]));
+        [lanes!(|lane| fma(0.5 * second[lane], middle[slot][lane] + after[lane], early[lane])), early]
+    }
+
     /// Two times the mean of what a slot holds, which is linear between the places that are looked at.
     #[inline(always)]
     pub fn twice_the_mean(&self, slot: usize) -> Lane {
@@ -99,4 +118,25 @@ impl<'a> Segment<'a> {
             Some(middle) => lanes!(|lane| fma(0.5, before[lane] + after[lane], middle[slot][lane])),
         }
     }
+}
+
+/// Change of u below which its middle stands for all of a way.
+pub const EVEN_FRONT: f32 = 1e-2;
+
+/// Mean of min(max(u, 0), 1) between two values of u, linear in between.
+#[inline(always)]
+fn mean_shares(from: &Lane, to: &Lane) -> Lane {
+    let primitive = |u: f32| {
+        let below = if u > 0.0 { u } else { 0.0 };
+        if u < 1.0 { 0.5 * below * below } else { u - 0.5 }
+    };
+    lanes!(|lane| {
+        let (a, b) = (from[lane], to[lane]);
+        let (change, middle) = (b - a, 0.5 * (a + b));
+        let middle = if middle > 0.0 { middle } else { 0.0 };
+        let middle = if middle < 1.0 { middle } else { 1.0 };
+        let is_even = change.abs() < EVEN_FRONT;
+        let slope = (primitive(b) - primitive(a)) / if is_even { 1.0 } else { change };
+        if is_even { middle } else { slope }
+    })
 }

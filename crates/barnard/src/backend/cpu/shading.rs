@@ -226,19 +226,20 @@ fn emit(segment: &Segment, context: &Context, state: &mut PacketState) {
     let growth = &segment.growth;
     let Tables { terms, weights, .. } = context.tables;
     let mut glows: SmallVec<[Lane; 8]> = SmallVec::new();
-    // What the species send through all bands.
-    let mut all = [0.0; LANES];
+    // Light of all species through all bands, and that of the first half of the segment.
+    let (mut all, mut early) = ([0.0; LANES], [0.0; LANES]);
     for emitter in &weights.emitted {
-        let glow = segment.twice_the_mean(context.slots.species[emitter.species]);
+        let [glow, early_glow] = segment.twice_the_glow(context.slots.species[emitter.species], context.slots.has_front[emitter.species]);
         for lane in 0..LANES {
             all[lane] = fma(emitter.total, glow[lane], all[lane]);
+            early[lane] = fma(emitter.total, early_glow[lane], early[lane]);
         }
         glows.push(glow);
     }
     if largest(&all) <= 0.0 {
         return;
     }
-    let depth = emission_depth(segment, context, &all);
+    let depth = segment.mean_depth(&all, &early);
     let span = DepthSpan { middle: lanes!(|lane| state.tau[lane] + depth[lane]), half: scaled(growth, 0.5) };
     if terms.are_shared() {
         // What all terms of a species have in common is rounded alike: where terms cancel, so does that.
@@ -265,21 +266,6 @@ fn emit(segment: &Segment, context: &Context, state: &mut PacketState) {
             terms.accumulate(emitter.light, &state.drawn, &span, bases, &mut state.sum);
         }
     }
-}
-
-/// The mean depth from the segment's beginning of the light that all species send, given two times that light.
-#[inline(always)]
-fn emission_depth(segment: &Segment, context: &Context, all: &Lane) -> Lane {
-    let mut early = [0.0; LANES];
-    if segment.has_middle() {
-        for emitter in &context.tables.weights.emitted {
-            let early_share = segment.twice_the_early(context.slots.species[emitter.species]);
-            for lane in 0..LANES {
-                early[lane] = fma(emitter.total, early_share[lane], early[lane]);
-            }
-        }
-    }
-    segment.mean_depth(all, &early)
 }
 
 /// An angle under which a segment scatters: its place in the phase table, and the share of the light.

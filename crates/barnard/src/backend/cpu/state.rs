@@ -17,6 +17,9 @@ pub(super) struct Slots {
     pub(super) dust: Option<usize>,
     pub(super) stars: Vec<usize>,
     pub(super) species: Vec<usize>,
+    /// Slot of the front at which gas ends, and by species true if it does.
+    pub(super) front: Option<usize>,
+    pub(super) has_front: Vec<bool>,
     /// Element × polynomial of the light field.
     pub(super) light: Vec<usize>,
     /// Terms of the field of scattered light.
@@ -32,6 +35,8 @@ impl Slots {
             dust: None,
             stars: vec![0; space.stars.len()],
             species: vec![0; space.species()],
+            front: None,
+            has_front: space.gas().iter().map(|gas| gas.front().is_some()).collect(),
             light: vec![0; plan.light_field.as_ref().map_or(0, |f| f.propagation.channels())],
             scattered_field: vec![0; plan.scattered_field.as_ref().map_or(0, |_| plan.spectral.terms())],
         };
@@ -42,6 +47,7 @@ impl Slots {
                     Channel::Dust => slots.dust = Some(slots.count),
                     Channel::StarDepth(star) => slots.stars[star] = slots.count,
                     Channel::Emission(species) => slots.species[species] = slots.count,
+                    Channel::Front => slots.front = Some(slots.count),
                     Channel::Light(channel) => slots.light[channel] = slots.count,
                     Channel::MultipleScattering(term) => slots.scattered_field[term] = slots.count,
                 }

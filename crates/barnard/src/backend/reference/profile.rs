@@ -117,7 +117,7 @@ impl Profile {
         ends.retain(|t| (near..=far).contains(t));
         ends.sort_by(f64::total_cmp);
         ends.dedup_by(|a, b| (*a - *b).abs() <= 1e-13 * b.abs().max(1.0));
-        let exact = field.grid().is_some();
+        let exact = field.grid().is_some_and(|grid| grid.front().is_none());
         let mut fit = PieceFit { field, ray, accuracy: (!exact).then_some(accuracy), largest: 0.0, pieces: Vec::new() };
         for pair in ends.windows(2) {
             let parts = if exact { 1 } else { ((pair[1] - pair[0]) / field.feature_pc()).ceil().clamp(1.0, 1e5) as usize };

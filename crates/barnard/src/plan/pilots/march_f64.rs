@@ -2,11 +2,13 @@
 //!
 //! Pilot rays and the probe are eyes at its end.
 
+use smallvec::{SmallVec, smallvec};
 use spectra::rule::DepthSpan;
 
 use super::samples::{RaySamples, Sample};
 use super::star_columns::StarColumns;
 use super::steps::{StepEnd, Steps};
+use crate::field::mean_share;
 use crate::geometry::Ray;
 use crate::light::{Light, Route};
 use crate::plan::near;
@@ -54,14 +56,26 @@ impl RayStep<'_> {
         sum / (3.0 * (s0 + 2.0 * s1 + s2)).max(f64::MIN_POSITIVE)
     }
 
-    /// The mean depth from its beginning of light that is sent along it as `sent` says \[1\].
-    fn mean_depth(&self, sent: impl Fn(&Sample) -> f64) -> f64 {
-        let (growth, Some(middle)) = (self.segment.growth, &self.middle) else { return 0.5 * self.segment.growth };
-        let [s0, s1, s2] = [&self.before, middle, &self.after].map(sent);
-        let all = s0 + 2.0 * s1 + s2;
-        let early = if all > 0.0 { (s0 + s1) / all } else { 0.5 };
+    /// The mean depth from its beginning of light that is sent along its parts as `sent` says \[1\].
+    fn mean_depth(&self, sent: &[f64]) -> f64 {
+        let (growth, Some(middle), [before, after]) = (self.segment.growth, &self.middle, sent) else { return 0.5 * self.segment.growth };
+        let all = before + after;
+        let early = if all > 0.0 { before / all } else { 0.5 };
         let first = 0.25 * self.segment.length() * (self.before.sigma + middle.sigma);
         0.5 * (growth * (1.0 - early) + first)
+    }
+
+    /// The density of a species over the parts between the places that are looked at, which ends at the front where it has one:
+    /// the mean of each part.
+    fn glow(&self, gas: &GlowingSpecies) -> SmallVec<[f64; 2]> {
+        let part = |before: &Sample, after: &Sample| {
+            let mean = 0.5 * (before.emission[gas.species] + after.emission[gas.species]);
+            if gas.has_front { mean * mean_share(before.front, after.front) } else { mean }
+        };
+        match &self.middle {
+            None => smallvec![part(&self.before, &self.after)],
+            Some(middle) => smallvec![part(&self.before, middle), part(middle, &self.after)],
+        }
     }
 
     /// The mean of a value over it, which is linear between the places that are looked at.
@@ -95,7 +109,15 @@ enum RayLight {
     /// A star, and its place among those that the eye sees.
     Star { star: usize, seen: usize },
     /// A species of gas.
-    Gas { species: usize },
+    Gas(GlowingSpecies),
+}
+
+/// A species of gas.
+#[derive(Clone, Copy)]
+struct GlowingSpecies {
+    species: usize,
+    /// True if it ends at the front.
+    has_front: bool,
 }
 
 impl RayMarch<'_> {
@@ -125,10 +147,10 @@ impl RayMarch<'_> {
             let samples = RaySamples::of_volumes(space, ray, &places, self.columns);
             (depths, samples)
         };
-        let gas: Vec<(usize, f64)> = sources
+        let gas: Vec<(GlowingSpecies, f64)> = sources
             .iter()
             .filter_map(|(light, source)| match source {
-                RayLight::Gas { species } => Some((*species, self.spectral.total(*light))),
+                RayLight::Gas(gas) => Some((*gas, self.spectral.total(*light))),
                 RayLight::Star { .. } => None,
             })
             .collect();
@@ -139,7 +161,11 @@ impl RayMarch<'_> {
             let mut step = RayStep { segment: Segment { from, to, tau, growth: 0.0 }, before, after, middle, gas_depth: 0.0 };
             let growth = (to - from) * step.mean(|sample| sample.sigma);
             step.segment.growth = growth;
-            step.gas_depth = step.mean_depth(|sample| gas.iter().map(|(species, total)| total * sample.emission[*species]).sum());
+            let mut sent: SmallVec<[f64; 2]> = SmallVec::from_elem(0.0, if step.middle.is_some() { 2 } else { 1 });
+            for (gas, total) in &gas {
+                sent.iter_mut().zip(step.glow(gas)).for_each(|(sent, glow)| *sent += total * glow);
+            }
+            step.gas_depth = step.mean_depth(&sent);
             for (light, source) in &sources {
                 self.shine(*light, source, &step, eye);
             }
@@ -160,7 +186,10 @@ impl RayMarch<'_> {
         seen.iter().enumerate().for_each(|(i, star)| number[*star] = Some(i));
         let source = |(light, l): (usize, &Light)| match l.route {
             Route::Scattered { star } if !scattered_together => number[star].map(|seen| (light, RayLight::Star { star, seen })),
-            Route::Emitted { species } => Some((light, RayLight::Gas { species })),
+            Route::Emitted { species } => {
+                let has_front = self.space.gas()[species].front().is_some();
+                Some((light, RayLight::Gas(GlowingSpecies { species, has_front })))
+            }
             _ => None,
         };
         self.lights.iter().enumerate().filter_map(source).collect()
@@ -192,8 +221,9 @@ impl RayMarch<'_> {
         match source {
             RayLight::Star { star, seen } if step.segment.growth > 0.0 => self.scatter(light, *star, *seen, step, eye),
             RayLight::Star { .. } => {}
-            RayLight::Gas { species } => {
-                let density = step.segment.length() * step.mean(|sample| sample.emission[*species]);
+            RayLight::Gas(gas) => {
+                let glow = step.glow(gas);
+                let density = step.segment.length() * glow.iter().sum::<f64>() / glow.len() as f64;
                 if density > 0.0 {
                     let (tau, half) = (step.segment.tau + step.gas_depth, 0.5 * step.segment.growth);
                     eye.light(light, density, DepthSpan { from: tau - half, to: tau + half });

@@ -15,7 +15,7 @@ const MIN_PLACES: usize = 6;
 pub(super) struct RaySamples {
     /// The stars whose depths are known.
     stars: usize,
-    /// Values at one place: σ, the depths, the gas.
+    /// Values at one place: σ, the depths, the gas, the front.
     width: usize,
     values: Vec<f64>,
 }
@@ -27,21 +27,30 @@ pub(super) struct Sample<'a> {
     pub(super) sigma: f64,
     /// The depths from the stars that are seen, in their order.
     pub(super) depths: &'a [f64],
-    /// The densities of the glowing species.
+    /// The densities of the glowing species; those with a front, before it.
     pub(super) emission: &'a [f64],
+    /// u of the front; one where densities contain it.
+    pub(super) front: f64,
 }
 
 impl RaySamples {
     fn zeroed(stars: usize, space: &SpatialPlan, places: usize) -> Self {
-        let width = 1 + stars + space.species();
-        Self { stars, width, values: vec![0.0; width * places] }
+        let width = 2 + stars + space.species();
+        let mut samples = Self { stars, width, values: vec![0.0; width * places] };
+        samples.values.chunks_exact_mut(width).for_each(|values| values[width - 1] = 1.0);
+        samples
+    }
+
+    fn front_slot(&self) -> usize {
+        self.width - 1
     }
 
     /// The sample at a place, by its number.
     #[inline(always)]
     pub(super) fn at(&self, place: usize) -> Sample<'_> {
         let values = &self.values[place * self.width..][..self.width];
-        Sample { sigma: values[0], depths: &values[1..1 + self.stars], emission: &values[1 + self.stars..] }
+        let front = values[self.front_slot()];
+        Sample { sigma: values[0], depths: &values[1..1 + self.stars], emission: &values[1 + self.stars..self.front_slot()], front }
     }
 
     /// Samples of the plan's volumes; stars without depths of their own, which come last, have exact ones.
@@ -57,6 +66,7 @@ impl RaySamples {
                 // Stars with depths of their own come first, in ascending order.
                 Channel::StarDepth(star) => space.marched().binary_search(&star).ok().map(|i| 1 + i),
                 Channel::Emission(species) => Some(1 + seen.len() + species),
+                Channel::Front => Some(samples.front_slot()),
                 Channel::Light(_) | Channel::MultipleScattering(_) => None,
             };
             let slots: Vec<(usize, usize)> =

@@ -33,6 +33,8 @@ pub fn densities(scene: &Scene, lattice: &Lattice, options: &Options, control: &
     let fields: Vec<_> = dust.chain(scene.species().iter().map(|gas| (&gas.density, 1.0, &*gas.name))).collect();
     memory::check("densities of a brick", 4 * (fields.len() * lattice.cells()) as u64, options.memory_limit)?;
     let sampled = |(field, factor, name): (&Arc<dyn Field>, f64, &str)| {
+        let means = field.grid().filter(|grid| grid.front().is_some()).map(Grid::voxel_means);
+        let field = means.as_ref().map_or(&**field, |means| means as &dyn Field);
         let grid = Grid::filled(lattice.clone(), |places, values| {
             field.sample(places, values);
             values.iter_mut().for_each(|value| *value *= factor);

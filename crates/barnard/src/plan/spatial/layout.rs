@@ -66,6 +66,7 @@ impl SpatialPlan {
             parts.extend(stars.iter().map(|star| (lattice.clone(), Channel::StarDepth(*star))));
         }
         parts.extend(self.emission.iter().enumerate().map(|(species, grid)| (grid.lattice().clone(), Channel::Emission(species))));
+        parts.extend(self.front().map(|front| (front.lattice().clone(), Channel::Front)));
         self.volumes.clear();
         let mut volumes: Vec<Volume> = Vec::new();
         while let Some((lattice, _)) = parts.first().cloned() {
@@ -100,6 +101,7 @@ impl SpatialPlan {
         }
         let grid = |channel: &Channel| match channel {
             Channel::Emission(species) => self.emission.get(*species),
+            Channel::Front => None,
             _ => self.dust.as_deref(),
         };
         let mut grids: Vec<&Grid> = channels.iter().filter_map(grid).collect();
@@ -119,6 +121,7 @@ impl SpatialPlan {
     pub(super) fn fill(&self, volume: &mut Volume, slot: usize, control: &Control) -> Result<()> {
         match (volume.channels[slot], &self.dust) {
             (Channel::Emission(species), _) => volume.fill(slot, &self.emission[species]),
+            (Channel::Front, _) => self.front().into_iter().for_each(|front| volume.fill(slot, front)),
             (Channel::Dust, Some(dust)) => volume.fill(slot, dust),
             (Channel::StarDepth(star), Some(dust)) => {
                 let cells = volume.inner.cells() as u64;

@@ -249,6 +249,11 @@ impl SpatialPlan {
         &self.emission
     }
 
+    /// Values u of the front at which gas ends \[1\]; all species that have a front share it.
+    pub fn front(&self) -> Option<&Grid> {
+        self.emission.iter().find_map(Grid::front)
+    }
+
     /// The number of glowing species.
     pub fn species(&self) -> usize {
         self.emission.len()

@@ -86,6 +86,12 @@ fn response(slope: f64, apart: f64) -> f64 {
     integrate(|x| if x > 0.0 { x.powf(2.0 - slope) * seen(x) } else { 0.0 }, 0.0, apart * PI, 1e-7)
 }
 
+/// Voxel with another number along one axis.
+fn with(mut voxel: [usize; 3], axis: usize, number: usize) -> [usize; 3] {
+    voxel[axis] = number;
+    voxel
+}
+
 /// The mean square of second differences of ln ρ over a given number of voxels, by the median over places where there is mass.
 fn second_difference(grid: &Grid, apart: usize) -> f64 {
     let dims = grid.lattice().dims;
@@ -98,14 +104,14 @@ fn second_difference(grid: &Grid, apart: usize) -> f64 {
         let axis = axes[i as usize % axes.len()];
         let mut voxel = dims.map(|n| (random.uniform() * n as f64) as usize);
         voxel[axis] = apart + (random.uniform() * (dims[axis] - 2 * apart) as f64) as usize;
-        let beside = |at: usize| {
-            let mut other = voxel;
-            other[axis] = at;
-            f64::from(grid.value(other))
-        };
-        let values = [beside(voxel[axis] - apart), beside(voxel[axis]), beside(voxel[axis] + apart)];
-        let [before, here, after] = values.map(f64::ln);
-        values.iter().all(|v| *v > 0.0).then(|| ((before - 2.0 * here + after).abs(), values[1]))
+        let places = [voxel[axis] - apart, voxel[axis], voxel[axis] + apart];
+        // Values behind a front are no density.
+        if grid.front().is_some_and(|front| places.iter().any(|at| front.value(with(voxel, axis, *at)) < 1.0)) {
+            return None;
+        }
+        let values = places.map(|at| grid.value(with(voxel, axis, at)));
+        let [before, here, after] = values.map(|value| f64::from(value).ln());
+        values.iter().all(|v| *v > 0.0).then(|| ((before - 2.0 * here + after).abs(), f64::from(values[1])))
     };
     let mut found: Vec<(f64, f64)> = (0..PLACES).filter_map(difference).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -11,6 +11,7 @@ use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Field;
 use super::cells::Cell;
+use super::front::mean_shares;
 use super::lattice::Lattice;
 use super::store::Store;
 use crate::blocks::{Blocks, Storage};
@@ -32,13 +33,15 @@ pub struct Grid {
     /// The values in units of the factor; grids that differ by a factor alone share them.
     pub(super) store: Store,
     pub(super) factor: f64,
+    /// u of the front at which the density ends, on the same voxels.
+    front: Option<Arc<Grid>>,
     /// Fingerprint of the values, computed once for all clones.
     hash: Arc<OnceLock<Fingerprint>>,
 }
 
 impl PartialEq for Grid {
     fn eq(&self, other: &Self) -> bool {
-        self.lattice == other.lattice && self.factor == other.factor && self.store == other.store
+        self.lattice == other.lattice && self.factor == other.factor && self.front == other.front && self.store == other.store
     }
 }
 
@@ -66,17 +69,46 @@ impl Grid {
 
     /// Variant in shared memory.
     pub(crate) fn sharing(lattice: Lattice, shared: Shared<f32>) -> Self {
-        Self { store: Store::Rows(lattice.dims, shared), lattice, factor: 1.0, hash: Arc::default() }
+        Self { store: Store::Rows(lattice.dims, shared), lattice, factor: 1.0, front: None, hash: Arc::default() }
     }
 
     /// Variant in blocks.
     pub(crate) fn in_blocks(lattice: Lattice, blocks: Blocks) -> Self {
-        Self { lattice, store: Store::Blocks(Arc::new(blocks)), factor: 1.0, hash: Arc::default() }
+        Self { lattice, store: Store::Blocks(Arc::new(blocks)), factor: 1.0, front: None, hash: Arc::default() }
     }
 
     /// This grid times `factor`, in the same memory.
     pub fn scaled(&self, factor: f64) -> Self {
         Self { factor: self.factor * factor, ..self.clone() }
+    }
+
+    /// Copy of the grid that ends at a front on the same voxels.
+    pub(crate) fn with_front(self, front: Arc<Self>) -> Self {
+        Self { front: Some(front), ..self }
+    }
+
+    /// Copy of the grid that ends where another one on the same voxels does.
+    pub(crate) fn with_front_of(self, other: &Self) -> Self {
+        Self { front: other.front.clone(), ..self }
+    }
+
+    /// Values u of the front at which the density ends \[1\]: the density is that of the [values](Self::values) times
+    /// min(max(u, 0), 1). `None` for a grid without a front.
+    pub fn front(&self) -> Option<&Grid> {
+        self.front.as_deref()
+    }
+
+    /// Copy of the grid without its front: values alone.
+    pub fn without_front(&self) -> Self {
+        Self { front: None, ..self.clone() }
+    }
+
+    /// Grid of the mean densities of the voxels, without a front.
+    pub fn voxel_means(&self) -> Self {
+        let Some(front) = &self.front else { return self.clone() };
+        let means =
+            self.values().par_iter().zip(mean_shares(front.lattice.dims, &front.values())).map(|(value, share)| value * share).collect();
+        Self::from_lattice(self.lattice.clone(), means)
     }
 
     /// True if another grid has its values in the same memory.
@@ -163,6 +195,9 @@ impl Grid {
     ///
     /// The box grows to whole blocks, so that densities stay where they are.
     pub fn merged(&self, block: usize, factor: f64) -> Self {
+        if self.front.is_some() {
+            return self.voxel_means().merged(block, factor);
+        }
         let fine_dims = self.lattice.dims;
         let dims = fine_dims.map(|n| n.div_ceil(block));
         let voxel = self.lattice.voxel_pc() * block as f64;
@@ -216,9 +251,17 @@ impl Grid {
 impl Field for Grid {
     fn content(&self, digest: &mut Digest) {
         digest.text("grid").plain(&self.lattice).number(self.factor).part(*self.hash.get_or_init(|| self.store.hashed(self.lattice.dims)));
+        if let Some(front) = self.front() {
+            front.content(digest.text("front"));
+        }
     }
     fn at(&self, p: DVec3) -> f64 {
-        if self.lattice.bounds.contains(p) { self.trilinear(self.lattice.index_space(p)) } else { 0.0 }
+        if !self.lattice.bounds.contains(p) {
+            return 0.0;
+        }
+        let place = self.lattice.index_space(p);
+        let share = self.front().map_or(1.0, |front| front.trilinear(place).clamp(0.0, 1.0));
+        if share > 0.0 { share * self.trilinear(place) } else { 0.0 }
     }
     fn sample(&self, places: &[DVec3], values: &mut [f64]) {
         if let Some([x, y, z]) = self.row_at(places) {
@@ -226,7 +269,11 @@ impl Field for Grid {
             for (i, values) in values.chunks_mut(READ_TOGETHER).enumerate() {
                 let (first, part) = (x + i * READ_TOGETHER, &mut part[..values.len()]);
                 self.store.row(first..first + part.len(), y, z, part);
-                values.iter_mut().zip(part).for_each(|(value, stored)| *value = f64::from(*stored) * self.factor);
+                values.iter_mut().zip(&*part).for_each(|(value, stored)| *value = f64::from(*stored) * self.factor);
+                if let Some(front) = self.front() {
+                    front.store.row(first..first + part.len(), y, z, part);
+                    values.iter_mut().zip(part).for_each(|(value, u)| *value *= f64::from(*u).clamp(0.0, 1.0));
+                }
             }
             return;
         }

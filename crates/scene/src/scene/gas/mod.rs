@@ -1,10 +1,12 @@
 //! The `[gas]` table: gas that the scene's stars ionise, as the species that shine in its passbands.
 
 mod cloud;
+mod front;
 pub(super) mod ionised;
 mod model;
 mod solution;
 mod species;
+pub(super) mod voxel_gas;
 
 use ionisation::atoms::ELEMENTS;
 use ionisation::balance::{COLDEST, Diffuse, HOTTEST};
@@ -17,8 +19,9 @@ pub use ionised::IonisedGas;
 pub use model::Gas;
 pub(super) use model::sources;
 pub(super) use solution::Solver;
+pub(super) use voxel_gas::{VoxelGas, mean};
 
-use super::{Fields, Loader, Star, emission, fields, star};
+use super::{Fields, Loader, Star, emission, fields};
 use crate::error::Result;
 use crate::properties::{
     Choice, Choices, Entry, Formula, Integer, Key, KeyRow, Number, Numbers, OrDefault, Range, Required, Section, Text, Type, ValueType,
@@ -103,24 +106,11 @@ pub(super) fn build(section: &Section, fields: &Fields) -> Result<Gas> {
 }
 
 /// Has the stars ionise the gas of a table.
-pub(super) fn solve(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<IonisedGas> {
+pub(super) fn solve(section: &Section, loader: &Loader, fields: &Fields, stars: &[Star], bands: &[Passband]) -> Result<VoxelGas> {
     let Loader { is_rough, tracer, control, inputs, .. } = loader;
     let (tracer, cache) = (tracer.as_deref(), inputs.cache.as_deref());
     let solver = Solver { is_rough: *is_rough, memory_limit: inputs.memory_limit, tracer, cache, control };
     section.wrap(&DENSITY, build(section, fields)?.ionised_by(stars, bands, &solver))
-}
-
-/// Mean of the gas over the stars of several moments. Equal stars in a row are solved once.
-pub(super) fn mean(moments: &[&[Star]], build: impl Fn(&[Star]) -> Result<IonisedGas>) -> Result<IonisedGas> {
-    let mut latest = build(moments[0])?;
-    let mut mean = latest.clone();
-    for (number, pair) in moments.windows(2).enumerate() {
-        if star::fingerprint(pair[0]) != star::fingerprint(pair[1]) {
-            latest = build(pair[1])?;
-        }
-        mean = mean.mixed(&latest, 1.0 / (number as f64 + 2.0));
-    }
-    Ok(mean)
 }
 
 /// The edge of a voxel of the gas of a table \[pc\].

@@ -14,7 +14,7 @@ use spectra::units::{NumberDensity, Temperature, Velocity};
 
 use super::solution::{Solution, Solver};
 use super::species::Species;
-use super::{ABUNDANCE_SETS, DUST_ABSORPTION, GasCloud, IonisedGas, IonisingStar, TEMPERATURE, VOXELS, ionised};
+use super::{ABUNDANCE_SETS, DUST_ABSORPTION, GasCloud, IonisedGas, IonisingStar, TEMPERATURE, VOXELS, VoxelGas};
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, IntoField, Lattice, fingerprint};
 use crate::memory;
@@ -25,7 +25,7 @@ const MOST_STARS: usize = 64;
 /// Voxels along the longest edge of a function that does not say how many.
 pub(super) const VOXELS_OF_FUNCTION: usize = 96;
 /// Number of quantities tabulated in addition to the species.
-const BESIDE: usize = 3;
+const BESIDE: usize = 4;
 /// A species with less than this part of the light in every passband is left out.
 const DARK: f64 = 1e-3;
 /// Voxels along the longest edge for a first look.
@@ -177,7 +177,7 @@ impl Gas {
     ///
     /// # Errors
     /// More than 64 ionising stars, more memory than is allowed, densities that are none, and interruption by the user.
-    pub(in crate::scene) fn ionised_by(&self, stars: &[Star], bands: &[Passband], solver: &Solver) -> Result<IonisedGas> {
+    pub(in crate::scene) fn ionised_by(&self, stars: &[Star], bands: &[Passband], solver: &Solver) -> Result<VoxelGas> {
         self.check()?;
         let mut cloud = self.cloud(stars, solver)?;
         if solver.is_rough {
@@ -202,8 +202,11 @@ impl Gas {
         quantities.push(Quantity { most, value: &pairs });
         quantities.push(Quantity { most: 6e4 * most, value: &warm });
         quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });
+        let ionised = |_: &Matter, state: &GasState| state.ionised();
+        quantities.push(Quantity { most: 1.0, value: &ionised });
         let accuracy = if solver.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
-        let names = species.iter().map(Species::identifier).chain(["pairs", "warm", "thick"].map(str::to_owned)).collect::<Vec<_>>();
+        let names =
+            species.iter().map(Species::identifier).chain(["pairs", "warm", "thick", "ionised"].map(str::to_owned)).collect::<Vec<_>>();
         let solution = Solution { cloud: &cloud, names: &names, accuracy };
         let found = solution.found(&quantities, solver).map_err(|error| match error {
             IonisationError::Stopped => Error::Interrupted,
@@ -211,29 +214,31 @@ impl Gas {
         })?;
         let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
         let mut quantities = found.quantities;
-        let [thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
+        let [ionised, thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
         let through =
             |band: &Passband| species.iter().zip(&quantities).map(|(species, values)| species.through(band) * sum(values)).collect();
         let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
         let is_bright = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
-        let gridded = |values: Vec<f32>| {
-            Arc::new(Grid::from_lattice(cloud.lattice.clone(), ionised::softened(cloud.lattice.dims, values))) as Arc<dyn Field>
-        };
+        let unknown = VoxelGas::unknown(&cloud.lattice);
         let mean = |values: &[f32]| Some(sum(values) / sum(&pairs)).filter(|mean| mean.is_finite());
         let (temperature, electrons) = (mean(&warm), mean(&thick));
-        let mut glow = Vec::new();
+        let (mut glow, mut light) = (Vec::new(), Vec::new());
         for (_, (species, values)) in species.iter().zip(quantities).enumerate().filter(|(i, _)| is_bright(*i)) {
             let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
             let spectrum = species.spectrum().broadened(thermal).broadened(self.doppler_fwhm);
-            glow.push(self.species(species.name(), gridded(values), spectrum));
+            glow.push(self.species(species.name(), unknown.clone(), spectrum));
+            light.push(values);
         }
         if let (Some(temperature), Some(electrons)) = (temperature, electrons) {
             let at = (Temperature(temperature.clamp(6000.0, 15_000.0)), NumberDensity(electrons.clamp(100.0, 1e4)));
             let spectrum = recombination_continuum(at.0, at.1)?;
-            glow.push(self.species("hydrogen's continuum".into(), gridded(pairs), spectrum));
+            glow.push(self.species("hydrogen's continuum".into(), unknown, spectrum));
+            light.push(pairs);
         }
         let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
         let (escaped, passes, change, by) = (found.escaped, found.passes, found.change, found.by);
-        Ok(IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: solver.is_rough, species: glow })
+        let gas =
+            IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: solver.is_rough, species: glow };
+        Ok(VoxelGas { gas, light, ionised })
     }
 }
