@@ -214,8 +214,8 @@ fn levels_are_the_median_of_the_pilots() {
     };
     let mut whites: Vec<f64> = sequence.pilots().into_iter().map(white_at).collect();
     whites.sort_by(f64::total_cmp);
-    assert!(whites.len() == 3 && whites[0] < 0.98 * whites[1] && whites[1] < 0.98 * whites[2], "{whites:?}");
-    assert!((white / whites[1] - 1.0).abs() < 0.01, "{white:e} {whites:?}");
+    assert!(whites.len() == 3 && whites[0] < 0.98 * whites[1] && whites[1] < 0.99 * whites[2], "{whites:?}");
+    assert!((white / whites[1] - 1.0).abs() < 2e-3, "{white:e} {whites:?}");
     let through = flight(&format!(
         r#"{SAMPLED}[[animation]]
 of = "star[1].position"

@@ -1,9 +1,12 @@
 //! How radiances become a picture on a display.
 
+use std::cell::OnceCell;
+
 use rayon::prelude::*;
 use spectra::colour::{Palette, Stretch};
 use spectra::passband::Passband;
 
+use super::levels::LevelPixels;
 use super::{Glare, Image};
 use crate::error::{Error, Result};
 
@@ -80,7 +83,7 @@ impl Display {
     }
 }
 
-/// The part of the pixels that may be brighter than an automatic white.
+/// Part of the pixels that is darker than an automatic white.
 const WHITE_PERCENTILE: f64 = 0.998;
 
 /// Gaps of a stretch's table at equal steps of the fourth root, since stretches are steep in the dark; of the
@@ -171,7 +174,12 @@ impl Display {
 
     /// The levels that `image` asks for.
     pub fn tone(&self, image: &Image) -> Tone {
-        let gain = |b: usize| if self.balance { gain(image.band(b)) } else { 1.0 };
+        let pixels = OnceCell::new();
+        let percentile = |value: &dyn Fn(&[f64]) -> f64| pixels.get_or_init(|| LevelPixels::of(image)).percentile(WHITE_PERCENTILE, value);
+        let gain = |b: usize| {
+            let white = if self.balance { percentile(&|bands| bands[b]) } else { 1.0 };
+            if white > 0.0 { 1.0 / white } else { 1.0 }
+        };
         let columns = self.palette.columns.iter().enumerate().map(|(b, column)| column.map(|c| c * gain(b))).collect();
         let black = match self.black {
             Level::Auto => 0.0,
@@ -180,8 +188,8 @@ impl Display {
         let mut tone = Tone { palette: Palette { columns }, black, white: 0.0, stretch: self.stretch };
         tone.white = match self.white {
             Level::Auto => {
-                let brightness = linear(&tone, image).map(|p| p.into_iter().fold(0.0, f64::max));
-                percentile(brightness.collect(), WHITE_PERCENTILE).max(black + f64::MIN_POSITIVE)
+                let brightness = |bands: &[f64]| tone.palette.rgb(bands.iter().copied()).into_iter().fold(0.0, f64::max);
+                percentile(&brightness).max(black + f64::MIN_POSITIVE)
             }
             Level::Radiance(v) => v,
         };
@@ -202,21 +210,6 @@ impl Display {
 fn linear(tone: &Tone, image: &Image) -> impl IndexedParallelIterator<Item = [f64; 3]> {
     let size = image.width * image.height;
     (0..size).into_par_iter().map(move |i| tone.palette.rgb((0..image.bands.len()).map(|b| image.samples.at(b * size + i))))
-}
-
-fn gain(values: impl Iterator<Item = f64>) -> f64 {
-    let white = percentile(values.collect(), WHITE_PERCENTILE);
-    if white > 0.0 { 1.0 / white } else { 1.0 }
-}
-
-/// The value below which the part `p` of the finite positive `values` lies; zero where there are none.
-fn percentile(mut values: Vec<f64>, p: f64) -> f64 {
-    values.retain(|v| v.is_finite() && *v > 0.0);
-    if values.is_empty() {
-        return 0.0;
-    }
-    let index = ((values.len() - 1) as f64 * p) as usize;
-    *values.select_nth_unstable_by(index, f64::total_cmp).1
 }
 
 #[cfg(test)]

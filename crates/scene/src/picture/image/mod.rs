@@ -5,6 +5,7 @@ mod coordinates;
 mod display;
 pub(crate) mod glare;
 mod layer;
+mod levels;
 pub mod optics;
 mod output;
 mod report;
