@@ -19,7 +19,7 @@ pub(super) struct Segment<'a> {
     pub growth: Lane,
     /// By how much it grows before the middle sample, where there is one \[1\].
     first: Lane,
-    /// Shares of its gas that are in front of the front: of both halves, or of the whole without a middle sample \[1\].
+    /// Shares of its gas that are on the ionised side of the front: of both halves, or of the whole without a middle sample \[1\].
     front: Option<[Lane; 2]>,
 }
 
@@ -120,7 +120,7 @@ impl<'a> Segment<'a> {
     }
 }
 
-/// Change of u below which its middle stands for all of a way.
+/// Change of u over a segment below which the value in the middle replaces the mean.
 pub const EVEN_FRONT: f32 = 1e-2;
 
 /// Mean of min(max(u, 0), 1) between two values of u, linear in between.

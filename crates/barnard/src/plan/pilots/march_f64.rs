@@ -65,8 +65,7 @@ impl RayStep<'_> {
         0.5 * (growth * (1.0 - early) + first)
     }
 
-    /// The density of a species over the parts between the places that are looked at, which ends at the front where it has one:
-    /// the mean of each part.
+    /// Mean density of a species over each part between two samples, ended at the front where the species has one.
     fn glow(&self, gas: &GlowingSpecies) -> SmallVec<[f64; 2]> {
         let part = |before: &Sample, after: &Sample| {
             let mean = 0.5 * (before.emission[gas.species] + after.emission[gas.species]);

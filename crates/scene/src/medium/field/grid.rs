@@ -98,11 +98,6 @@ impl Grid {
         self.front.as_deref()
     }
 
-    /// Copy of the grid without its front: values alone.
-    pub fn without_front(&self) -> Self {
-        Self { front: None, ..self.clone() }
-    }
-
     /// Grid of the mean densities of the voxels, without a front.
     pub fn voxel_means(&self) -> Self {
         let Some(front) = &self.front else { return self.clone() };

@@ -23,7 +23,7 @@ pub(super) struct LevelPixels {
 }
 
 impl LevelPixels {
-    /// Those of an image.
+    /// Pixels of an image.
     pub fn of(image: &Image) -> Self {
         let (size, bands) = (image.width * image.height, image.bands.len());
         // Pixels of the image along one of the picture by which levels are chosen.
@@ -57,8 +57,7 @@ impl LevelPixels {
         Self { bands, light, weight, stars: stars.into_values().flatten().collect() }
     }
 
-    /// The value below which the part `p` of the finite positive values lies; zero where there are none. A value is that of the bands
-    /// of a pixel.
+    /// Percentile `p` \[1\] of the finite positive values; zero without any. `value` computes the value of a pixel from its bands.
     pub fn percentile(&self, p: f64, value: impl Fn(&[f64]) -> f64) -> f64 {
         let values = |pixels: &[f64]| -> Vec<f64> {
             pixels.chunks_exact(self.bands).map(&value).filter(|value| value.is_finite() && *value > 0.0).collect()
@@ -88,14 +87,14 @@ impl LevelPixels {
     }
 }
 
-/// The pixel of an image in the middle of a pixel of the picture by which levels are chosen.
+/// Pixel of an image at the middle of a pixel of the picture by which levels are chosen.
 fn beneath(image: &Image, (column, row): (usize, usize), edge: f64) -> usize {
     let place = |number: usize, count: usize| (((number as f64 + 0.5) * edge) as usize).min(count - 1);
     place(row, image.height) * image.width + place(column, image.width)
 }
 
-/// The measure of a pixel of a flat picture by which fluxes of its points become radiances: Ω = p² cos³θ \[sr\], tan θ the distance from
-/// the axis, or an area \[pc²\].
+/// Measure of a pixel of a flat picture: Ω = p² cos³θ \[sr\], tan θ the distance from the axis, or an area \[pc²\]. Flux divided by it
+/// is radiance.
 fn solid_angle(image: &Image, pixel: usize) -> f64 {
     match image.pixel {
         Some(PixelScale::Angle(degrees)) => {

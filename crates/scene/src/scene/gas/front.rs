@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::field::{Grid, Lattice, along, filtered, largest_around, mean_shares};
 
-/// Voxels per width of a front, about.
+/// Rise of u per voxel, relative to that of the ionised fraction.
 const SHARPNESS: f32 = 8.0;
 /// Change of the smoothed ionised fraction per voxel below which gas has no front, and above which it has one. A plane front has 0.36.
 const SLOPES: (f32, f32) = (0.1, 0.2);
@@ -149,8 +149,8 @@ mod tests {
         })
     }
 
-    /// A front is where it was solved to a sixth of a voxel, ends within a fifth of a voxel of depth, and holds all light. Means of
-    /// voxels alone take two voxels to end.
+    /// A front is within a sixth of a voxel of the exact one, ends within a quarter of a voxel, and keeps the light. Voxel means alone
+    /// take more than a voxel to end.
     #[test]
     fn fronts_are_thinner_than_voxels() {
         let (fractions, light) = solution(1e-9);
@@ -176,8 +176,7 @@ mod tests {
         assert!(mean_width[0] < 0.25 && mean_width[1] > 1.0, "{mean_width:?}");
     }
 
-    /// From 45 sides, no structure of the voxels is seen on the front: the root mean square of what is left of a picture without
-    /// its smooth part.
+    /// Pictures from 45 sides show no structure of the voxels on the front.
     #[test]
     fn fronts_have_no_stripes() {
         let (fractions, light) = solution(1e-9);

@@ -55,7 +55,7 @@ impl VoxelGas {
         gas
     }
 
-    /// Field that stands for densities that are not known yet.
+    /// Placeholder for the densities of `gas`.
     pub fn unknown(lattice: &Lattice) -> Arc<Grid> {
         Arc::new(Grid::from_lattice(Lattice { dims: [1; 3], bounds: lattice.bounds }, vec![0.0]))
     }
