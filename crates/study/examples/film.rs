@@ -15,8 +15,6 @@ const TEMPERATURES: [u32; 6] = [20, 25, 30, 35, 40, 50];
 const IN_A_ROW: usize = 3;
 /// Pixels of a frame, columns and rows.
 const SIZE: (usize, usize) = (480, 270);
-/// Voxels along an edge: fewer than the scene's own show no less at this size.
-const VOXELS: usize = 192;
 /// [S II] red, Hα green and red, [O III] blue, about as bright as each other at 35 kK.
 const DISPLAY: &str = "[display]\nmatrix = [0, 0.12, 0.6, 0, 0.2, 0.0, 4.0, 0.3, 0]\nstretch = \"asinh\"\nstrength = 12\nwhite = 8e-6\n";
 
@@ -24,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = builtin::entry("emission_nebula")?.text;
     let (before, rest) = scene.split_once("[display]").ok_or("the scene has a display")?;
     let (_, after) = rest.split_once("\n[method]").ok_or("and a method")?;
-    let scene = format!("{before}{DISPLAY}[method]{after}").replace("voxels = 256", &format!("voxels = {VOXELS}"));
+    let scene = format!("{before}{DISPLAY}[method]{after}");
     let scene = scene.replace("size = [1920, 1080]", &format!("size = [{}, {}]", SIZE.0, SIZE.1));
     let width = SIZE.0 * IN_A_ROW;
     let mut pixels = vec![0; 3 * width * SIZE.1 * TEMPERATURES.len().div_ceil(IN_A_ROW)];
