@@ -5,7 +5,7 @@ use spectra::passband::Passband;
 use super::Instrument;
 use super::rebinning::Squares;
 use crate::error::{Error, Result};
-use crate::image::{Image, PixelScale};
+use crate::image::{Image, PixelScale, solid_angle};
 
 /// Pixels of a flat picture: how many in a row and a column, how wide one is in the middle \[rad\], and where the axis of view meets them,
 /// from the middle to the right and upwards; under an orthographic camera all have one solid angle.
@@ -45,16 +45,12 @@ impl Pixels {
         (Self { size: squares.size, edge_rad: self.edge_rad * edge, axis, ..*self }, squares)
     }
 
-    /// The solid angle of a pixel \[sr\]: Ω = p² cos³θ, tan θ the distance from the axis.
+    /// Solid angle of a pixel \[sr\].
     pub(super) fn solid_angle(&self, pixel: usize) -> f64 {
-        let square = self.edge_rad * self.edge_rad;
         if self.is_parallel {
-            return square;
+            return self.edge_rad * self.edge_rad;
         }
-        let (column, row) = ((pixel % self.size[0]) as f64, (pixel / self.size[0]) as f64);
-        let right = column + 0.5 - 0.5 * self.size[0] as f64 - self.axis.0;
-        let up = 0.5 * self.size[1] as f64 - row - 0.5 - self.axis.1;
-        square * (1.0 + square * (right * right + up * up)).powf(-1.5)
+        solid_angle(self.edge_rad, self.size, self.axis, pixel)
     }
 
     pub(super) fn count(&self) -> usize {

@@ -92,8 +92,8 @@ impl<'a> Segment<'a> {
     fn shares(&self, front: usize) -> [Lane; 2] {
         let (before, after) = (&self.before[front], &self.after[front]);
         match self.middle {
-            None => [mean_shares(before, after), [0.0; LANES]],
-            Some(middle) => [mean_shares(before, &middle[front]), mean_shares(&middle[front], after)],
+            None => [mean_share(before, after), [0.0; LANES]],
+            Some(middle) => [mean_share(before, &middle[front]), mean_share(&middle[front], after)],
         }
     }
 
@@ -125,7 +125,7 @@ pub const EVEN_FRONT: f32 = 1e-2;
 
 /// Mean of min(max(u, 0), 1) between two values of u, linear in between.
 #[inline(always)]
-fn mean_shares(from: &Lane, to: &Lane) -> Lane {
+fn mean_share(from: &Lane, to: &Lane) -> Lane {
     let primitive = |u: f32| {
         let below = if u > 0.0 { u } else { 0.0 };
         if u < 1.0 { 0.5 * below * below } else { u - 0.5 }

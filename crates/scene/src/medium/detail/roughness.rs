@@ -87,7 +87,7 @@ fn response(slope: f64, apart: f64) -> f64 {
 }
 
 /// Voxel with another number along one axis.
-fn with(mut voxel: [usize; 3], axis: usize, number: usize) -> [usize; 3] {
+fn neighbour(mut voxel: [usize; 3], axis: usize, number: usize) -> [usize; 3] {
     voxel[axis] = number;
     voxel
 }
@@ -106,10 +106,10 @@ fn second_difference(grid: &Grid, apart: usize) -> f64 {
         voxel[axis] = apart + (random.uniform() * (dims[axis] - 2 * apart) as f64) as usize;
         let places = [voxel[axis] - apart, voxel[axis], voxel[axis] + apart];
         // Values behind a front are no density.
-        if grid.front().is_some_and(|front| places.iter().any(|at| front.value(with(voxel, axis, *at)) < 1.0)) {
+        if grid.front().is_some_and(|front| places.iter().any(|at| front.value(neighbour(voxel, axis, *at)) < 1.0)) {
             return None;
         }
-        let values = places.map(|at| grid.value(with(voxel, axis, at)));
+        let values = places.map(|at| grid.value(neighbour(voxel, axis, at)));
         let [before, here, after] = values.map(|value| f64::from(value).ln());
         values.iter().all(|v| *v > 0.0).then(|| ((before - 2.0 * here + after).abs(), f64::from(values[1])))
     };

@@ -20,7 +20,7 @@ pub fn mean_share(from: f64, to: f64) -> f64 {
 
 /// Means of min(max(u, 0), 1) over voxels, x running fastest \[1\]: exact where u is between 0 and 1 in all neighbours, otherwise from
 /// several places in the voxel.
-pub fn mean_shares(dims: [usize; 3], values: &[f32]) -> Vec<f32> {
+pub fn voxel_shares(dims: [usize; 3], values: &[f32]) -> Vec<f32> {
     let (low, high) = (least_around(dims, values), largest_around(dims, values));
     // A trilinear interpolant has an eighth of each neighbour along an axis.
     let mut shares = filtered(dims, values.to_vec(), |before, here, after| 0.125 * (before + after) + 0.75 * here);
@@ -142,7 +142,7 @@ mod tests {
         // u rises by six per voxel along a slanted direction.
         let value = |x: f64, y: f64, z: f64| 6.0 * (0.8 * (x - 4.1) + 0.36 * (y - 3.6) + 0.48 * (z - 3.2)) + 0.5;
         let values: Vec<f32> = (0..504).map(|i| value((i % 9) as f64, (i / 9 % 8) as f64, (i / 72) as f64) as f32).collect();
-        let shares = mean_shares(dims, &values);
+        let shares = voxel_shares(dims, &values);
         let mut cut = 0;
         for (x, y, z) in (1..8).flat_map(|x| (1..7).flat_map(move |y| (1..6).map(move |z| (x, y, z)))) {
             const FINE: usize = 40;

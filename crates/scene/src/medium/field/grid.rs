@@ -11,7 +11,7 @@ use spectra::fingerprint::{Digest, Fingerprint};
 
 use super::Field;
 use super::cells::Cell;
-use super::front::mean_shares;
+use super::front::voxel_shares;
 use super::lattice::Lattice;
 use super::store::Store;
 use crate::blocks::{Blocks, Storage};
@@ -102,7 +102,7 @@ impl Grid {
     pub fn voxel_means(&self) -> Self {
         let Some(front) = &self.front else { return self.clone() };
         let means =
-            self.values().par_iter().zip(mean_shares(front.lattice.dims, &front.values())).map(|(value, share)| value * share).collect();
+            self.values().par_iter().zip(voxel_shares(front.lattice.dims, &front.values())).map(|(value, share)| value * share).collect();
         Self::from_lattice(self.lattice.clone(), means)
     }
 

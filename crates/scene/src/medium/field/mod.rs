@@ -44,7 +44,7 @@ pub use expression::Expression;
 pub use fbm::Fbm;
 pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
 pub use front::mean_share;
-pub(crate) use front::{along, filtered, largest_around, mean_shares};
+pub(crate) use front::{along, filtered, largest_around, voxel_shares};
 pub use grid::Grid;
 pub use lattice::Lattice;
 pub use lattice::trilinear;

@@ -63,6 +63,16 @@ impl SkyCoordinates {
     }
 }
 
+/// Solid angle of a pixel of a plane \[sr\]: Ω = p² cos³θ, p the edge of the pixel in the middle \[rad\], tan θ the distance from the axis
+/// of view, which is `axis` to the right and upwards from the middle \[pixels\].
+pub(crate) fn solid_angle(edge_rad: f64, [width, height]: [usize; 2], axis: (f64, f64), pixel: usize) -> f64 {
+    let square = edge_rad * edge_rad;
+    let (column, row) = ((pixel % width) as f64, (pixel / width) as f64);
+    let right = column + 0.5 - 0.5 * width as f64 - axis.0;
+    let up = 0.5 * height as f64 - row - 0.5 - axis.1;
+    square * (1.0 + square * (right * right + up * up)).powf(-1.5)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

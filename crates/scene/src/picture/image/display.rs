@@ -175,7 +175,8 @@ impl Display {
     /// The levels that `image` asks for.
     pub fn tone(&self, image: &Image) -> Tone {
         let pixels = OnceCell::new();
-        let percentile = |value: &dyn Fn(&[f64]) -> f64| pixels.get_or_init(|| LevelPixels::of(image)).percentile(WHITE_PERCENTILE, value);
+        let percentile =
+            |value: &(dyn Fn(&[f64]) -> f64 + Sync)| pixels.get_or_init(|| LevelPixels::of(image)).percentile(WHITE_PERCENTILE, value);
         let gain = |b: usize| {
             let white = if self.balance { percentile(&|bands| bands[b]) } else { 1.0 };
             if white > 0.0 { 1.0 / white } else { 1.0 }

@@ -5,64 +5,123 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
+use super::coordinates::solid_angle;
 use super::{Image, PixelScale};
 use crate::points::disc;
 
 /// Pixels in a row of the picture by which levels are chosen.
 const LEVEL_WIDTH: f64 = 1280.0;
 
-/// Pixels by which levels are chosen, pixel × band [W m⁻² sr⁻¹].
-pub(super) struct LevelPixels {
-    bands: usize,
-    /// Light without stars, in the pixels of the image or means of several.
-    light: Vec<f64>,
-    /// Weight of such a pixel; that of a pixel of a star is one.
+/// Light of points in a pixel: number of each point, and radiance per flux.
+type PointShares = Vec<(usize, f64)>;
+
+/// Pixels by which levels are chosen.
+pub(super) struct LevelPixels<'a> {
+    image: &'a Image,
+    /// Pixels of the image along a pixel of the picture by which levels are chosen.
+    edge: f64,
+    /// Pixels along a block of the image; the mean of a block is one value.
+    block: usize,
+    /// Weight of such a value; that of a pixel of a star is one.
     weight: f64,
-    /// Light in the pixels of stars.
-    stars: Vec<f64>,
+    /// Points in pixels of the image.
+    drawn: BTreeMap<usize, PointShares>,
+    /// Points in pixels of the picture by which levels are chosen.
+    stars: BTreeMap<usize, PointShares>,
 }
 
-impl LevelPixels {
+impl<'a> LevelPixels<'a> {
     /// Pixels of an image.
-    pub fn of(image: &Image) -> Self {
-        let (size, bands) = (image.width * image.height, image.bands.len());
-        // Pixels of the image along one of the picture by which levels are chosen.
+    pub fn of(image: &'a Image) -> Self {
         let edge = image.part.map_or(image.width, |part| part.whole.0) as f64 / LEVEL_WIDTH;
-        let mut light: Vec<f64> = vec![0.0; size * bands];
-        for (pixel, values) in light.chunks_exact_mut(bands).enumerate() {
-            values.iter_mut().enumerate().for_each(|(band, value)| *value = image.samples.at(band * size + pixel));
-        }
-        let mut stars: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        let [columns, rows] = [image.width, image.height].map(|pixels| (pixels as f64 / edge).ceil() as usize);
-        for point in &image.points {
+        let block = match (edge.round() as usize).max(1) {
+            block if block <= image.width.min(image.height) => block,
+            _ => 1,
+        };
+        let mut pixels = Self { image, edge, block, weight: 1.0, drawn: BTreeMap::new(), stars: BTreeMap::new() };
+        for (number, point) in image.points.iter().enumerate() {
             for (pixel, share) in disc([image.width, image.height], point.column, point.row) {
-                let per_watt = share / solid_angle(image, pixel);
-                light[pixel * bands..][..bands].iter_mut().zip(&point.flux).for_each(|(light, flux)| *light -= per_watt * flux);
+                pixels.drawn.entry(pixel).or_default().push((number, share / measure(image, pixel)));
             }
-            for (pixel, share) in disc([columns, rows], point.column / edge, point.row / edge) {
-                let here = beneath(image, (pixel % columns, pixel / columns), edge);
-                let per_watt = share / (edge * edge * solid_angle(image, here));
-                let sums = stars.entry(pixel).or_insert_with(|| vec![0.0; bands]);
-                sums.iter_mut().zip(&point.flux).for_each(|(sum, flux)| *sum += per_watt * flux);
+            for (pixel, share) in disc(pixels.size(), point.column / edge, point.row / edge) {
+                let per_flux = share / (edge * edge * measure(image, pixels.beneath(pixel)));
+                pixels.stars.entry(pixel).or_default().push((number, per_flux));
             }
         }
-        for (pixel, values) in &mut stars {
-            let here = beneath(image, (pixel % columns, pixel / columns), edge);
-            values.iter_mut().zip(&light[here * bands..]).for_each(|(value, light)| *value += light.max(0.0));
-        }
-        let covered = stars.len() as f64;
-        let light = means(light, (image.width, image.height), bands, (edge.round() as usize).max(1));
         // Light counts as often as there are pixels between stars.
-        let weight = (size as f64 / (edge * edge) - covered).max(1.0) * bands as f64 / light.len() as f64;
-        Self { bands, light, weight, stars: stars.into_values().flatten().collect() }
+        let between = (image.width * image.height) as f64 / (edge * edge) - pixels.stars.len() as f64;
+        pixels.weight = between.max(1.0) / pixels.blocks().max(1) as f64;
+        pixels
+    }
+
+    /// Columns and rows of the picture by which levels are chosen.
+    fn size(&self) -> [usize; 2] {
+        [self.image.width, self.image.height].map(|pixels| (pixels as f64 / self.edge).ceil() as usize)
+    }
+
+    /// Whole blocks of the image.
+    fn blocks(&self) -> usize {
+        (self.image.width / self.block) * (self.image.height / self.block)
+    }
+
+    /// Pixel of the image at the middle of a pixel of the picture by which levels are chosen.
+    fn beneath(&self, pixel: usize) -> usize {
+        let columns = self.size()[0];
+        let place = |number: usize, count: usize| (((number as f64 + 0.5) * self.edge) as usize).min(count - 1);
+        place(pixel / columns, self.image.height) * self.image.width + place(pixel % columns, self.image.width)
+    }
+
+    /// Adds light of points to the bands of a pixel, times a factor.
+    fn add(&self, points: &PointShares, factor: f64, bands: &mut [f64]) {
+        for (number, per_flux) in points {
+            bands.iter_mut().zip(&self.image.points[*number].flux).for_each(|(band, flux)| *band += factor * per_flux * flux);
+        }
+    }
+
+    /// Light of a pixel of the image without its points, band by band.
+    fn add_light(&self, pixel: usize, bands: &mut [f64]) {
+        let size = self.image.width * self.image.height;
+        bands.iter_mut().enumerate().for_each(|(number, band)| *band += self.image.samples.at(number * size + pixel));
+        if let Some(points) = self.drawn.get(&pixel) {
+            self.add(points, -1.0, bands);
+        }
+    }
+
+    /// Mean light of a block without its points, band by band.
+    fn block_light(&self, block: usize, bands: &mut [f64]) {
+        let columns = self.image.width / self.block;
+        let (left, top) = (block % columns * self.block, block / columns * self.block);
+        bands.fill(0.0);
+        for (row, column) in (top..top + self.block).flat_map(|row| (left..left + self.block).map(move |column| (row, column))) {
+            self.add_light(row * self.image.width + column, bands);
+        }
+        bands.iter_mut().for_each(|band| *band /= self.block.pow(2) as f64);
+    }
+
+    /// Light of a pixel with stars, band by band.
+    fn star_light(&self, pixel: usize, points: &PointShares, bands: &mut [f64]) {
+        bands.fill(0.0);
+        self.add_light(self.beneath(pixel), bands);
+        bands.iter_mut().for_each(|band| *band = band.max(0.0));
+        self.add(points, 1.0, bands);
     }
 
     /// Percentile `p` \[1\] of the finite positive values; zero without any. `value` computes the value of a pixel from its bands.
-    pub fn percentile(&self, p: f64, value: impl Fn(&[f64]) -> f64) -> f64 {
-        let values = |pixels: &[f64]| -> Vec<f64> {
-            pixels.chunks_exact(self.bands).map(&value).filter(|value| value.is_finite() && *value > 0.0).collect()
+    pub fn percentile(&self, p: f64, value: impl Fn(&[f64]) -> f64 + Sync) -> f64 {
+        let bands = || vec![0.0; self.image.bands.len()];
+        let is_light = |value: &f64| value.is_finite() && *value > 0.0;
+        let of_block = |bands: &mut Vec<f64>, block: usize| {
+            self.block_light(block, bands);
+            value(bands)
         };
-        let (mut light, stars) = (values(&self.light), values(&self.stars));
+        let of_star = |bands: &mut Vec<f64>, (pixel, points): (&usize, &PointShares)| {
+            self.star_light(*pixel, points, bands);
+            value(bands)
+        };
+        let mut light: Vec<f64> = (0..self.blocks()).into_par_iter().map_init(bands, of_block).filter(is_light).collect();
+        let stars: Vec<f64> = self.stars.par_iter().map_init(bands, of_star).filter(is_light).collect();
         let last = if light.is_empty() { 1.0 } else { self.weight };
         let brighter = (1.0 - p) * (self.weight * light.len() as f64 + stars.len() as f64 - last);
         // The brightest pixels alone are sorted.
@@ -87,43 +146,13 @@ impl LevelPixels {
     }
 }
 
-/// Pixel of an image at the middle of a pixel of the picture by which levels are chosen.
-fn beneath(image: &Image, (column, row): (usize, usize), edge: f64) -> usize {
-    let place = |number: usize, count: usize| (((number as f64 + 0.5) * edge) as usize).min(count - 1);
-    place(row, image.height) * image.width + place(column, image.width)
-}
-
-/// Measure of a pixel of a flat picture: Ω = p² cos³θ \[sr\], tan θ the distance from the axis, or an area \[pc²\]. Flux divided by it
-/// is radiance.
-fn solid_angle(image: &Image, pixel: usize) -> f64 {
+/// Measure of a pixel of a flat picture, by which flux is divided for radiance: a solid angle \[sr\] or an area \[pc²\].
+fn measure(image: &Image, pixel: usize) -> f64 {
     match image.pixel {
-        Some(PixelScale::Angle(degrees)) => {
-            let square = degrees.to_radians().powi(2);
-            let (column, row) = ((pixel % image.width) as f64, (pixel / image.width) as f64);
-            let right = column + 0.5 - 0.5 * image.width as f64 - image.axis.0;
-            let up = 0.5 * image.height as f64 - row - 0.5 - image.axis.1;
-            square * (1.0 + square * (right * right + up * up)).powf(-1.5)
-        }
+        Some(PixelScale::Angle(degrees)) => solid_angle(degrees.to_radians(), [image.width, image.height], image.axis, pixel),
         Some(PixelScale::Length(pc)) => pc * pc,
         _ => f64::INFINITY,
     }
-}
-
-/// Means over blocks of pixels, pixel × band; blocks that the picture does not fill are left out.
-fn means(values: Vec<f64>, (width, height): (usize, usize), bands: usize, block: usize) -> Vec<f64> {
-    if block == 1 || width < block || height < block {
-        return values;
-    }
-    let (columns, rows) = (width / block, height / block);
-    let mut means = vec![0.0; columns * rows * bands];
-    for row in 0..rows * block {
-        for column in 0..columns * block {
-            let mean = &mut means[(row / block * columns + column / block) * bands..][..bands];
-            mean.iter_mut().zip(&values[(row * width + column) * bands..]).for_each(|(mean, value)| *mean += value);
-        }
-    }
-    means.iter_mut().for_each(|mean| *mean /= (block * block) as f64);
-    means
 }
 
 #[cfg(test)]
@@ -131,8 +160,8 @@ mod tests {
     use super::super::{PointSource, Samples};
     use super::*;
 
-    /// A nebula with twenty stars as a camera of 10° sees it with so many pixels in a row; the stars as wide as `disc` draws them.
-    fn picture(width: usize) -> Image {
+    /// Image of a nebula with twenty stars: 10° in perspective, or 1 pc in parallel projection.
+    fn picture(width: usize, is_parallel: bool) -> Image {
         let height = width * 9 / 16;
         let nebula = |i: usize| {
             let (x, y) = (((i % width) as f64 + 0.5) / width as f64, ((i / width) as f64 + 0.5) / width as f64);
@@ -141,16 +170,17 @@ mod tests {
         let mut samples: Vec<f64> = (0..width * height).map(nebula).collect();
         let degrees = (2.0 * 5f64.to_radians().tan() / width as f64).to_degrees();
         let mut image = Image::bare(width, height, vec!["V".into()], Samples::Double(Vec::new()));
-        image.pixel = Some(PixelScale::Angle(degrees));
+        image.pixel = Some(if is_parallel { PixelScale::Length(1.0 / width as f64) } else { PixelScale::Angle(degrees) });
+        let unit = if is_parallel { 1e-13 / 0.0306 } else { 1e-13 };
         image.points = (1..=20)
             .map(|i| {
                 let [x, y] = [0.618_034, 0.754_878].map(|step| (f64::from(i) * step).fract());
-                PointSource { column: x * width as f64, row: y * height as f64, flux: vec![1e-13 * f64::from(i).powi(3)] }
+                PointSource { column: x * width as f64, row: y * height as f64, flux: vec![unit * f64::from(i).powi(3)] }
             })
             .collect();
         for point in &image.points {
             for (pixel, share) in disc([width, height], point.column, point.row) {
-                samples[pixel] += share * point.flux[0] / solid_angle(&image, pixel);
+                samples[pixel] += share * point.flux[0] / measure(&image, pixel);
             }
         }
         image.samples = Samples::Double(samples);
@@ -160,20 +190,22 @@ mod tests {
     /// Levels of pictures of all sizes are alike, those of the pixels themselves are not.
     #[test]
     fn levels_are_those_of_any_size() {
-        let level = |width: usize| LevelPixels::of(&picture(width)).percentile(0.998, |bands| bands[0]);
-        let of_pixels = |width: usize| {
-            let image = picture(width);
-            let mut values: Vec<f64> = image.band(0).collect();
-            values.sort_by(f64::total_cmp);
-            values[((values.len() - 1) as f64 * 0.998) as usize]
-        };
-        let (wanted, raw) = (level(1280), of_pixels(1280));
-        assert!((wanted / raw - 1.0).abs() < 0.02, "{wanted} {raw}");
-        for width in [192, 640, 1000, 1920, 3840] {
-            let found = level(width);
-            assert!((found / wanted - 1.0).abs() < 0.06, "{width}: {found} {wanted}");
+        for is_parallel in [false, true] {
+            let level = |width: usize| LevelPixels::of(&picture(width, is_parallel)).percentile(0.998, |bands| bands[0]);
+            let of_pixels = |width: usize| {
+                let image = picture(width, is_parallel);
+                let mut values: Vec<f64> = image.band(0).collect();
+                values.sort_by(f64::total_cmp);
+                values[((values.len() - 1) as f64 * 0.998) as usize]
+            };
+            let (wanted, raw) = (level(1280), of_pixels(1280));
+            assert!((wanted / raw - 1.0).abs() < 0.02, "{wanted} {raw}");
+            for width in [192, 640, 1000, 1920, 3840] {
+                let found = level(width);
+                assert!((found / wanted - 1.0).abs() < 0.06, "{width}: {found} {wanted}");
+            }
+            assert!(of_pixels(192) > 2.0 * raw);
         }
-        assert!(of_pixels(192) > 2.0 * raw);
     }
 
     /// Without stars, levels are percentiles of the pixels.

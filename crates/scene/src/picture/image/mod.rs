@@ -13,6 +13,7 @@ mod samples;
 mod spectral_axis;
 mod stepping;
 
+pub(crate) use coordinates::solid_angle;
 pub use coordinates::{SkyCoordinates, Turned};
 pub use display::{Display, Level, Tone};
 pub use glare::Glare;

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::field::{Grid, Lattice, along, filtered, largest_around, mean_shares};
+use crate::field::{Grid, Lattice, along, filtered, largest_around, voxel_shares};
 
 /// Rise of u per voxel, relative to that of the ionised fraction.
 const SHARPNESS: f32 = 8.0;
@@ -51,7 +51,7 @@ impl Fronts {
             0.5 + (fraction - 0.5) * sharpness
         };
         let values: Vec<f32> = smooth.into_par_iter().zip(steep).map(sharpened).collect();
-        let shares = mean_shares(dims, &values);
+        let shares = voxel_shares(dims, &values);
         let front = Arc::new(Grid::from_lattice(lattice.clone(), values));
         let smooth_shares = smoothed(dims, shares.clone());
         Self { lattice: lattice.clone(), front, shares, smooth_shares }
@@ -156,8 +156,8 @@ mod tests {
         let (fractions, light) = solution(1e-9);
         let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
         let shaded = Fronts::new(&lattice(), fractions).shaded(light.clone());
-        let held = sum(&shaded.voxel_means().values()) / sum(&light);
-        assert!((held - 1.0).abs() < 0.01, "{held}");
+        let total = sum(&shaded.voxel_means().values()) / sum(&light);
+        assert!((total - 1.0).abs() < 0.01, "{total}");
         let spline = Grid::from_lattice(lattice(), smoothed([EDGE; 3], light));
         // Where light has fallen to a part of that one voxel before the front.
         let falls_to = |grid: &Grid, direction: DVec3, part: f64| {
