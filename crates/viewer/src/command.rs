@@ -37,6 +37,10 @@ pub enum Command {
     Fly(Box<dyn FnOnce(&mut Flight)>),
     /// Shows the whole cloud.
     FrameAll,
+    /// Plays a flight into the cloud.
+    Visit,
+    /// Marks a star, or none.
+    Select(Option<usize>),
     /// Sets a bookmark to the view.
     SetBookmark(String),
     /// Goes to a bookmark.

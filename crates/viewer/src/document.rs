@@ -3,7 +3,7 @@
 //! The text is the truth. Every edit changes keys of it and reads it again as `barnard check` would, so nothing can be
 //! set that a file could not say, comments stay, and what is saved is what was seen.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -18,25 +18,7 @@ use spectra::fingerprint::{Digest, Fingerprint};
 use toml_edit::DocumentMut;
 
 use crate::edit::{Edit, count};
-
-/// The place that a document is from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Origin {
-    /// A built-in scene of this name.
-    Builtin(&'static str),
-    /// A file at this path.
-    File(PathBuf),
-}
-
-impl Origin {
-    /// The name for titles.
-    pub fn name(&self) -> String {
-        match self {
-            Origin::Builtin(name) => (*name).to_owned(),
-            Origin::File(path) => path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
-        }
-    }
-}
+pub use crate::origin::Origin;
 
 /// Texts that can be gone back to, at most; and their bytes.
 const PAST: (usize, usize) = (1000, 64 << 20);
@@ -243,6 +225,15 @@ impl Document {
         Ok(())
     }
 
+    /// The frames of the scene, with exact gas; a device traces light and a cache keeps results, if any.
+    ///
+    /// # Errors
+    /// If nothing of the scene changes.
+    pub fn sequence(&self, tracer: Option<Arc<dyn RayTracer>>, cache: Option<Arc<dyn Cache>>) -> Result<Sequence> {
+        let loader = self.loader.clone().traced_by(tracer).with_cache(cache);
+        Sequence::new(toml::properties(&self.origin.names().0, &self.text)?, loader, &self.scene)
+    }
+
     /// True if the camera follows keys or a file.
     pub fn has_path(&self) -> bool {
         crate::edit::table(self.toml.as_table(), "camera.path").is_some()
@@ -414,10 +405,7 @@ impl Document {
 }
 
 fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Reading> {
-    let (file, name) = match origin {
-        Origin::Builtin(name) => (format!("built-in {name}"), (*name).to_owned()),
-        Origin::File(path) => (path.display().to_string(), path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()),
-    };
+    let (file, name) = origin.names();
     let properties = toml::properties(&file, text)?;
     let scene = Scene::from_properties(&properties, &name, loader)?;
     let files = if let Origin::File(path) = origin { vec![path.clone()] } else { Vec::new() };

@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use barnard_files::formats::numbered;
 use eframe::egui::{self, Context, Key, ScrollArea, Ui};
 
 use crate::document::{Document, Origin};
@@ -17,6 +18,8 @@ pub enum Purpose {
     SaveScene,
     /// The picture is to be written.
     SavePicture,
+    /// All frames are to be written.
+    SaveFilm,
 }
 
 impl Purpose {
@@ -25,16 +28,27 @@ impl Purpose {
             Purpose::Open => "Open a scene",
             Purpose::SaveScene => "Save the scene",
             Purpose::SavePicture => "Save the picture",
+            Purpose::SaveFilm => "Save the frames of the film",
         }
     }
 
     fn extensions(self) -> Vec<&'static str> {
         match self {
             Purpose::Open | Purpose::SaveScene => vec!["toml"],
-            Purpose::SavePicture => barnard_files::formats::WRITERS.iter().map(|w| w.extension).collect(),
+            Purpose::SavePicture | Purpose::SaveFilm => barnard_files::formats::WRITERS.iter().map(|w| w.extension).collect(),
         }
     }
 }
+
+/// Sizes of pictures and films \[pixels\].
+const SIZES: [(&str, (usize, usize)); 6] = [
+    ("HD", (1280, 720)),
+    ("Full HD", (1920, 1080)),
+    ("4k UHD", (3840, 2160)),
+    ("8k UHD", (7680, 4320)),
+    ("square, 2k dome", (2048, 2048)),
+    ("square, 4k dome", (4096, 4096)),
+];
 
 /// More entries of a folder than this are not listed.
 const MAX: usize = 2000;
@@ -52,6 +66,10 @@ struct Question {
     folder: PathBuf,
     name: String,
     size: (usize, usize),
+    /// Size of the scene's own image \[pixels\].
+    own_size: (usize, usize),
+    /// Number of the first frame of a film.
+    first_frame: Option<i64>,
     entries: Vec<(String, bool)>,
     /// True if the dialog was shown yet.
     shown: bool,
@@ -79,10 +97,14 @@ impl Files {
             Purpose::Open => String::new(),
             Purpose::SaveScene => format!("{stem}.toml"),
             Purpose::SavePicture => format!("{stem}.png"),
+            Purpose::SaveFilm => format!("{stem}_%04d.png"),
         };
         let camera = &document.scene().camera;
+        let own_size = (camera.width, camera.height);
+        let frames = document.scene().timeline.as_ref().map(|timeline| timeline.frames);
+        let first_frame = frames.filter(|_| purpose == Purpose::SaveFilm).map(|frames| frames.first);
         let mut asked =
-            Question { purpose, folder, name, size: (camera.width, camera.height), entries: Vec::new(), shown: false, replace: None };
+            Question { purpose, folder, name, size: own_size, own_size, first_frame, entries: Vec::new(), shown: false, replace: None };
         asked.look();
         self.asked = Some(asked);
     }
@@ -168,7 +190,7 @@ impl Question {
             }
             picked |= edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
         });
-        if self.purpose == Purpose::SavePicture {
+        if matches!(self.purpose, Purpose::SavePicture | Purpose::SaveFilm) {
             self.picture(ui);
         }
         let mut answer = None;
@@ -193,8 +215,20 @@ impl Question {
             ui.add(egui::DragValue::new(&mut self.size.0).range(1..=most).suffix(" px")).labelled_by(label.id);
             ui.label("×");
             ui.add(egui::DragValue::new(&mut self.size.1).range(1..=most).suffix(" px")).labelled_by(label.id);
-            ui.label(format!("as .{}", self.purpose.extensions().join(", .")));
+            ui.menu_button("sizes", |ui| {
+                let own = [("the scene's own", self.own_size)];
+                for (name, size) in own.into_iter().chain(SIZES) {
+                    if ui.button(format!("{} × {} {name}", size.0, size.1)).clicked() {
+                        self.size = size;
+                        ui.close();
+                    }
+                }
+            });
         });
+        ui.weak(format!("formats: .{}", self.purpose.extensions().join(", .")));
+        if self.first_frame.is_some() {
+            ui.weak("one file per frame; %04d stands for its number");
+        }
     }
 
     /// The file that is named; a folder is gone into, a file that would be lost is asked about.
@@ -209,7 +243,8 @@ impl Question {
         if self.purpose == Purpose::SaveScene && path.extension().is_none() {
             path.set_extension("toml");
         }
-        if self.purpose != Purpose::Open && path.exists() {
+        let written = self.first_frame.and_then(|first| numbered(&path, first)).unwrap_or_else(|| path.clone());
+        if self.purpose != Purpose::Open && written.exists() {
             self.replace = Some(path);
             return None;
         }

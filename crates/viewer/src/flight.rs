@@ -87,6 +87,13 @@ impl Flight {
         self.pivot = self.camera.position + distance * self.camera.forward;
     }
 
+    /// Looks at a place from another \[pc\]; up stays as near as it can.
+    pub fn aim(&mut self, position: DVec3, target: DVec3) {
+        let forward = (target - position).normalize_or(self.camera.forward);
+        self.turn(DQuat::from_rotation_arc(self.camera.forward, forward));
+        (self.camera.position, self.pivot) = (position, target);
+    }
+
     /// Rolls about the line of sight \[rad\].
     pub fn roll(&mut self, angle: f64) {
         self.turn(DQuat::from_axis_angle(self.camera.forward, angle));

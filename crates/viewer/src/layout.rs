@@ -19,7 +19,26 @@ pub struct WindowLayout {
     pub fills: bool,
     /// Frame that is drawn over the picture.
     pub guide: Guide,
+    /// The panel of a window too narrow for both, if any.
+    pub only: Option<Side>,
 }
+
+/// A panel beside the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Spectra and the scene, on the left.
+    Scene,
+    /// Picture, method and probe, on the right.
+    Picture,
+}
+
+/// Width from which a window has both panels beside the picture \[points\].
+const ROOM: f32 = 900.0;
+/// Width of a panel relative to the window, and its range in a new window \[points\].
+const SHARE: f32 = 0.23;
+const WIDTHS: (f32, f32) = (306.0, 340.0);
+/// Largest width of one of two panels, and of a single one, relative to the window.
+const LARGEST: (f32, f32) = (0.32, 0.48);
 
 impl Default for WindowLayout {
     fn default() -> Self {
@@ -32,6 +51,7 @@ impl Default for WindowLayout {
             overlay: false,
             fills: false,
             guide: Guide::None,
+            only: None,
         }
     }
 }
@@ -40,6 +60,33 @@ impl Default for WindowLayout {
 const KEY: &str = "layout";
 
 impl WindowLayout {
+    /// True if a window of a width \[points\] shows a panel: both fit into a wide one, one at a time into a narrow one.
+    pub fn shows(&self, side: Side, width: f32) -> bool {
+        match side {
+            _ if width < ROOM => self.only == Some(side),
+            Side::Scene => self.scene,
+            Side::Picture => self.picture,
+        }
+    }
+
+    /// Opens or closes a panel of a window of a width \[points\].
+    pub fn toggle(&mut self, side: Side, width: f32) {
+        let opens = !self.shows(side, width);
+        self.only = opens.then_some(side);
+        if width >= ROOM {
+            match side {
+                Side::Scene => self.scene = opens,
+                Side::Picture => self.picture = opens,
+            }
+        }
+    }
+
+    /// Width of a panel in a new window of a width, and its largest width \[points\].
+    pub fn widths(width: f32) -> (f32, f32) {
+        let largest = width * if width < ROOM { LARGEST.1 } else { LARGEST.0 };
+        ((SHARE * width).clamp(WIDTHS.0, WIDTHS.1).min(largest), largest)
+    }
+
     /// The layout as it was when the last window closed.
     pub fn stored(storage: Option<&dyn eframe::Storage>) -> Self {
         let Some(text) = storage.and_then(|s| s.get_string(KEY)) else { return Self::default() };
@@ -99,6 +146,30 @@ impl Guide {
             Self::Wide => Some(16.0 / 9.0),
             Self::Scope => Some(2.39),
             Self::Square | Self::Dome => Some(1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wide window has both panels; a narrow one begins without and shows the one opened last; widened, both are back.
+    #[test]
+    fn panels_yield_to_the_picture() {
+        let mut layout = WindowLayout::default();
+        let shown = |layout: &WindowLayout, width: f32| [Side::Scene, Side::Picture].map(|side| layout.shows(side, width));
+        assert_eq!((shown(&layout, 1280.0), shown(&layout, 640.0)), ([true; 2], [false; 2]));
+        layout.toggle(Side::Picture, 640.0);
+        assert_eq!(shown(&layout, 640.0), [false, true]);
+        layout.toggle(Side::Scene, 640.0);
+        assert_eq!((shown(&layout, 640.0), shown(&layout, 1280.0)), ([true, false], [true; 2]));
+        layout.toggle(Side::Scene, 640.0);
+        layout.toggle(Side::Picture, 1280.0);
+        assert_eq!((shown(&layout, 640.0), shown(&layout, 1280.0)), ([false; 2], [true, false]));
+        for width in [320.0, 640.0, 899.0, 900.0, 1280.0, 3840.0] {
+            let (first, largest) = WindowLayout::widths(width);
+            assert!(first <= largest && 2.0 * largest < width, "{width}: {first} {largest}");
         }
     }
 }

@@ -9,10 +9,11 @@ use eframe::egui::{
 use crate::command::{Command, Commands};
 use crate::comparison::{Arrangement, With};
 use crate::edit::{Edit, place_text};
-use crate::layout::Guide;
+use crate::layout::{Guide, Side};
 use crate::model::Model;
 use crate::order::AMPLIFIED;
 use crate::order::Refinement;
+use crate::panels::reveal;
 
 /// Most pixels along an edge of a picture in the window.
 const MAX: f32 = 4096.0;
@@ -78,6 +79,9 @@ pub fn show(ui: &mut Ui, hand: &mut Viewport, model: &Model, commands: &mut Comm
         ui.painter().with_clip_rect(seen).image(sparks.id(), seen, WHOLE, Color32::WHITE);
     }
     hands(ui, hand, model, &response, (rect, seen), commands);
+    if let Some(star) = model.selected.and_then(|i| model.document.stars().get(i)) {
+        ring(&ui.painter().with_clip_rect(seen), on_screen(hand, model, seen, star.position), &star.name);
+    }
     if model.layout.overlay {
         overlay(ui, hand, model, seen);
     }
@@ -160,6 +164,9 @@ fn hands(ui: &Ui, hand: &mut Viewport, model: &Model, response: &egui::Response,
             }
         }
     }
+    if let Some(pointer) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+        select(ctx, grip(hand, model, rect, seen, pointer), model, commands);
+    }
     if response.drag_stopped() || !ctx.input(|i| i.pointer.any_down()) {
         (hand.hold, hand.held_at) = (Hold::Nothing, None);
     }
@@ -210,6 +217,17 @@ fn grip(hand: &Viewport, model: &Model, rect: Rect, seen: Rect, pointer: Pos2) -
     stars.filter(|(_, d)| *d < GRIP).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Hold::Orbit, |(i, _)| Hold::Star(i))
 }
 
+/// Marks the star under the pointer and opens its keys; a click beside all stars marks none.
+fn select(ctx: &Context, grip: Hold, model: &Model, commands: &mut Commands) {
+    let Hold::Star(star) = grip else { return commands.push(Command::Select(None)) };
+    commands.push(Command::Select(Some(star)));
+    let width = ctx.content_rect().width();
+    if !model.layout.shows(Side::Scene, width) {
+        commands.lay_out(move |layout| layout.toggle(Side::Scene, width));
+    }
+    reveal(ctx, "star", star);
+}
+
 /// A star follows the pointer, in the plane across the line of sight that it stands in.
 fn move_star((hand, model): (&Viewport, &Model), star: usize, seen: Rect, pointer: Pos2, commands: &mut Commands) {
     let (Some(pixels), Some(star_now)) = (hand.pixels, model.document.stars().get(star)) else { return };
@@ -223,15 +241,23 @@ fn move_star((hand, model): (&Viewport, &Model), star: usize, seen: Rect, pointe
     }
 }
 
+/// Colour of marks over the picture.
+fn mark_colour() -> Color32 {
+    Color32::from_rgba_unmultiplied(120, 200, 255, 200)
+}
+
+/// A ring at a star with its name, where it is seen.
+fn ring(painter: &egui::Painter, place: Option<Pos2>, name: &str) {
+    let (Some(p), colour) = (place, mark_colour()) else { return };
+    painter.circle_stroke(p, GRIP, Stroke::new(1.0, colour));
+    painter.text(p + vec2(GRIP + 2.0, -GRIP), Align2::LEFT_BOTTOM, name, FontId::proportional(12.0), colour);
+}
+
 /// Rings at stars, names of those of a catalogue, and the frame of the scene's own picture.
 fn overlay(ui: &Ui, hand: &Viewport, model: &Model, seen: Rect) {
-    let painter = ui.painter().with_clip_rect(seen);
-    let colour = Color32::from_rgba_unmultiplied(120, 200, 255, 200);
+    let (painter, colour) = (ui.painter().with_clip_rect(seen), mark_colour());
     for star in model.document.stars() {
-        if let Some(p) = on_screen(hand, model, seen, star.position) {
-            painter.circle_stroke(p, GRIP, Stroke::new(1.0, colour));
-            painter.text(p + vec2(GRIP + 2.0, -GRIP), Align2::LEFT_BOTTOM, &star.name, FontId::proportional(12.0), colour);
-        }
+        ring(&painter, on_screen(hand, model, seen, star.position), &star.name);
     }
     if let Some(pixels) = hand.pixels {
         let camera = model.flight.seen(pixels);

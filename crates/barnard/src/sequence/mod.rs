@@ -8,6 +8,7 @@ mod settings;
 mod stored;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use spectra::fingerprint::{Digest, Fingerprint};
 
@@ -15,8 +16,10 @@ pub use settings::FrameSettings;
 
 use crate::animation::{Frames, Timeline};
 use crate::camera;
+use crate::composite::mean;
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::image::Image;
 use crate::plan::{Choices, Options, Planned, Planner, Quality};
 use crate::properties::{Section, Table, Value};
 use crate::scene::{Film, Loader, Part, Provenance, Scene};
@@ -191,6 +194,49 @@ impl Follower {
         };
         Ok(&self.planned.insert((inputs, plan)).1)
     }
+
+    /// A frame, the mean over the moments of its shutter: `prepared` changes the scene of a moment, `render` renders its plan.
+    ///
+    /// # Errors
+    /// Errors of [`scene`](Self::scene) and [`plan`](Self::plan), of `prepared` and of `render`.
+    pub fn frame<E: From<Error>>(
+        &mut self,
+        number: i64,
+        (settings, options): (&FrameSettings, &Options),
+        control: &Control,
+        mut prepared: impl FnMut(Scene) -> std::result::Result<Scene, E>,
+        mut render: impl FnMut(&Planned, &Control) -> std::result::Result<Image, E>,
+    ) -> std::result::Result<FrameImage, E> {
+        let frames = self.sequence.frames();
+        let (mut first, mut planning_s) = (None, 0.0);
+        let at = |time: f64| {
+            let scene = prepared(self.scene(time, control)?)?;
+            let display = settings.display(&scene.display);
+            let scene = scene.with_display(display);
+            let start = Instant::now();
+            let plan = self.plan(&scene, options, &settings.choices, control)?;
+            planning_s += start.elapsed().as_secs_f64();
+            first.get_or_insert(scene);
+            render(plan, control)
+        };
+        let image = mean(frames.moments(number).into_iter().map(at))?;
+        let (Some(mut image), Some(scene)) = (image, first) else {
+            return Err(Error::missing("a moment of the frame", "render one or more").into());
+        };
+        frames.stamp(number, &mut image);
+        Ok(FrameImage { image, scene, planning_s })
+    }
+}
+
+/// A rendered frame.
+#[derive(Debug)]
+pub struct FrameImage {
+    /// Its mean image.
+    pub image: Image,
+    /// The scene of its first moment.
+    pub scene: Scene,
+    /// Time that its plans took \[s\].
+    pub planning_s: f64,
 }
 
 /// Fingerprint of a tree without its camera.

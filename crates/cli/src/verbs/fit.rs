@@ -9,14 +9,13 @@ use barnard::control::Control;
 use barnard::properties::Table;
 use barnard::scene::Scene;
 use barnard_files::SaveImage;
-use barnard_files::formats::{check_replaceable, check_writable, replace};
+use barnard_files::formats::{check_replaceable, check_writable, numbered, replace};
 use barnard_fit::solve::{Model, Prediction};
 use barnard_fit::{Assumed, Data, Fitted, Images, Observation, Parameter, Residuals, fit, free_parameters};
 use clap::{Args, ValueEnum};
 
 use crate::progress::{self, Note};
 use crate::source::SceneArgs;
-use crate::verbs::frames::named;
 
 /// Fits parameters of a scene to observed images: values with standard errors, correlations, residuals.
 ///
@@ -167,7 +166,7 @@ impl Fit {
         let Some(pattern) = &self.residuals else { return Ok(Vec::new()) };
         match self.to.len() {
             1 if !pattern.to_string_lossy().contains('%') => Ok(vec![pattern.clone()]),
-            count => (1..=count as i64).map(|number| named(pattern, number)).collect::<Option<_>>().with_context(|| {
+            count => (1..=count as i64).map(|number| numbered(pattern, number)).collect::<Option<_>>().with_context(|| {
                 format!("--residuals {}: several images require a number in the name, such as left_%d.fits", pattern.display())
             }),
         }

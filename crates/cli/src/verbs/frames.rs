@@ -7,14 +7,13 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use barnard::animation::Frames;
 use barnard::camera::Camera;
-use barnard::composite::mean;
 use barnard::control::Control;
 use barnard::image::{Image, LayerChoice, Level};
 use barnard::plan::{Options, Planned};
 use barnard::scene::{Provenance, Scene};
-use barnard::sequence::{Follower, FrameSettings, Sequence};
+use barnard::sequence::{Follower, FrameImage, FrameSettings, Sequence};
 use barnard_files::claim::Claim;
-use barnard_files::formats::{check_folder, replace};
+use barnard_files::formats::{check_folder, numbered, replace};
 use clap::Args;
 use serde_json::json;
 
@@ -79,32 +78,6 @@ fn parse_frames(text: &str, frames: Frames) -> anyhow::Result<Vec<i64>> {
         numbers.extend((from..=to).step_by(every));
     }
     Ok(numbers.into_iter().collect())
-}
-
-/// The file of a frame: `%06d` or `######` in its name stands for the number.
-pub fn named(pattern: &Path, number: i64) -> Option<PathBuf> {
-    let name = pattern.file_name()?.to_str()?;
-    let (before, width, after) = placeholder(name)?;
-    let digits = number.unsigned_abs().to_string();
-    let sign = if number < 0 { "-" } else { "" };
-    let zeros = "0".repeat(width.saturating_sub(digits.len() + sign.len()));
-    Some(pattern.with_file_name(format!("{before}{sign}{zeros}{digits}{after}")))
-}
-
-/// Prefix, number width and suffix of a file name.
-fn placeholder(name: &str) -> Option<(&str, usize, &str)> {
-    const WIDEST: usize = 20;
-    for (start, _) in name.match_indices('%') {
-        let rest = &name[start + 1..];
-        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        let width = if digits == 0 { Some(0) } else { rest[..digits].parse().ok().filter(|n| *n <= WIDEST) };
-        if let (Some(width), Some(after)) = (width, rest[digits..].strip_prefix('d')) {
-            return Some((&name[..start], width, after));
-        }
-    }
-    let start = name.find('#')?;
-    let width = name[start..].chars().take_while(|c| *c == '#').count();
-    (width <= WIDEST).then(|| (&name[..start], width, &name[start + width..]))
 }
 
 /// Renderer of a planned scene.
@@ -234,12 +207,12 @@ impl Shoot<'_> {
 
     /// True if each frame has files of its own.
     fn are_numbered(&self) -> bool {
-        self.outputs.iter().all(|path| named(path, 0).is_some())
+        self.outputs.iter().all(|path| numbered(path, 0).is_some())
     }
 
     /// The files of a frame, those of both eyes together; where it is the only one, names need no number.
     fn files(&self, number: i64, alone: bool, camera: &Camera) -> anyhow::Result<Vec<Vec<PathBuf>>> {
-        let file = |path: &PathBuf| match named(path, number) {
+        let file = |path: &PathBuf| match numbered(path, number) {
             Some(file) => outputs::files(&file, camera),
             None if alone => outputs::files(path, camera),
             None => bail!("-o {}: frames require a number in the file name, such as name_%06d.exr", path.display()),
@@ -271,32 +244,22 @@ impl Shoot<'_> {
 
     /// Renders one frame and writes it down.
     fn frame(&self, number: i64, shared: &FrameSettings, follower: &mut Follower, control: &Control, march: March) -> anyhow::Result<()> {
-        let (begun, mut planning) = (Instant::now(), 0.0);
-        let mut first = None;
-        let at = |time: f64| -> anyhow::Result<Image> {
-            let scene = self.scene.adjusted(follower.scene(time, control)?, self.options.memory_limit, control)?;
-            let scene = outputs::layered(scene, self.layers, self.outputs, self.options.memory_limit)?;
-            let display = shared.display(&scene.display);
-            let scene = scene.with_display(display);
-            let start = Instant::now();
-            let plan = follower.plan(&scene, self.options, &shared.choices, control)?;
-            planning += start.elapsed().as_secs_f64();
-            first.get_or_insert(scene);
-            march(plan, control)
+        let begun = Instant::now();
+        let adjusted = |scene: Scene| {
+            let scene = self.scene.adjusted(scene, self.options.memory_limit, control)?;
+            outputs::layered(scene, self.layers, self.outputs, self.options.memory_limit)
         };
-        let image = mean(self.sequence.frames().moments(number).into_iter().map(at))?;
-        let (Some(mut image), Some(scene)) = (image, first) else { bail!("no moment of the frame was rendered") };
-        self.sequence.frames().stamp(number, &mut image);
+        let FrameImage { image, scene, planning_s } = follower.frame(number, (shared, self.options), control, adjusted, march)?;
         let mut files = Vec::new();
         for path in self.outputs {
-            let path = named(path, number).unwrap_or_else(|| path.clone());
+            let path = numbered(path, number).unwrap_or_else(|| path.clone());
             files.extend(outputs::save(&image, &path, &scene)?.iter().map(|file| file.display().to_string()));
         }
         let seconds = begun.elapsed().as_secs_f64();
         let time = self.sequence.frames().time(number);
         say!(
             "{}",
-            json!({ "frame": number, "status": "rendered", "time_s": time, "files": files, "seconds": rounded(seconds), "plan_seconds": rounded(planning) })
+            json!({ "frame": number, "status": "rendered", "time_s": time, "files": files, "seconds": rounded(seconds), "plan_seconds": rounded(planning_s) })
         );
         Ok(())
     }
@@ -334,16 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn files_have_numbers() {
-        let name = |pattern: &str, number: i64| named(Path::new(pattern), number).map(|path| path.display().to_string());
-        assert_eq!(name("out/a_%06d.exr", 12).unwrap(), "out/a_000012.exr");
-        assert_eq!(name("a%d.png", 12).unwrap(), "a12.png");
-        assert_eq!(name("a_####.png", -7).unwrap(), "a_-007.png");
-        assert_eq!(name("a_%3d.png", 12345).unwrap(), "a_12345.png");
-        assert_eq!(name("a_%V_%03d.png", 7).unwrap(), "a_%V_007.png");
-        for none in ["a.png", "a_%s.png", "a_%99d.png", "%"] {
-            assert!(name(none, 1).is_none(), "{none}");
-        }
+    fn shards_are_read() {
         assert_eq!((parse_shard("3/8"), parse_shard("9/8").is_err(), parse_shard("0/8").is_err()), (Ok((3, 8)), true, true));
     }
 }

@@ -12,13 +12,13 @@ use barnard::instrument::{Exposures, Flag, Instrument, MAX_FRAMES, preset};
 use barnard::scene::Scene;
 use barnard::spectra::units::{Time, short};
 use barnard_files::SaveImage;
-use barnard_files::formats::{check_replaceable, check_writable, save_frame};
+use barnard_files::formats::{check_replaceable, check_writable, numbered, save_frame};
 use clap::Args;
 
 use crate::backends::{names, registry};
 use crate::json::{self, json_of_image};
 use crate::source::SceneArgs;
-use crate::verbs::frames::named;
+
 use crate::{outputs, progress};
 
 /// Simulates an observation with the scene's instrument: frames of counts, and a master with errors and a mask.
@@ -142,7 +142,7 @@ impl Observe {
 /// The file of a frame.
 fn frame_file(pattern: &Path, number: i64) -> anyhow::Result<PathBuf> {
     let is_fits = pattern.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fits"));
-    match named(pattern, number).filter(|_| is_fits) {
+    match numbered(pattern, number).filter(|_| is_fits) {
         Some(file) => Ok(file),
         None => bail!("--raw {}: frames are FITS files with a number in the name, such as raw_%03d.fits", pattern.display()),
     }

@@ -72,6 +72,9 @@ impl App {
             self.model.layout.timeline = true;
             commands.push(Command::SetKey);
         }
+        if pressed(Key::V) {
+            commands.push(Command::Visit);
+        }
         if pressed(Key::Space) && self.model.document.scene().timeline.is_some() {
             commands.push(Command::Play);
         }

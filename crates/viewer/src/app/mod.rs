@@ -4,7 +4,7 @@ mod keys;
 mod leaving;
 mod ordering;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -137,6 +137,8 @@ impl App {
             Command::ExposeAutomatically => model.expose_automatically(),
             Command::Fly(change) => change(&mut model.flight),
             Command::FrameAll => model.frame_all(),
+            Command::Visit => model.visit(),
+            Command::Select(star) => model.selected = star,
             Command::SetBookmark(name) => model.set_bookmark(&name),
             Command::GoTo(name) => model.go_to(&name),
             Command::Seek(time) => model.seek(time),
@@ -295,6 +297,13 @@ impl App {
         }
     }
 
+    /// Begins to save all frames of the scene.
+    fn film(&self, path: &Path, size: (usize, usize), ctx: &Context) -> barnard::Result<Export> {
+        let sequence = self.model.document.sequence(self.tracer.clone(), self.cache.clone())?;
+        let options = Options::within(self.memory_limit).with_cache(self.cache.clone());
+        Export::film(sequence, self.model.scene_as_shown().display.clone(), path, size, options, ctx)
+    }
+
     fn take_drops(&mut self, ctx: &Context) {
         let dropped = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).next());
         if let Some(path) = dropped {
@@ -307,6 +316,13 @@ impl App {
             match purpose {
                 Purpose::Open => self.open(&Origin::File(path)),
                 Purpose::SaveScene => self.save_to(path),
+                Purpose::SavePicture | Purpose::SaveFilm if self.export.is_some() => {
+                    self.model.complain("a picture or film is being saved; wait, or stop it");
+                }
+                Purpose::SaveFilm => match self.film(&path, size, ctx) {
+                    Ok(export) => self.export = Some(export),
+                    Err(error) => self.model.complain(error),
+                },
                 Purpose::SavePicture if self.model.document.is_rough() => {
                     let words = match self.model.document.failure() {
                         Some(failure) => format!("only a coarse cloud is available: {failure}"),
@@ -314,7 +330,6 @@ impl App {
                     };
                     self.model.complain(words);
                 }
-                Purpose::SavePicture if self.export.is_some() => self.model.complain("a picture is being saved; wait, or stop it"),
                 Purpose::SavePicture => match Export::start(
                     &self.model.scene_as_shown(),
                     &path,

@@ -14,7 +14,7 @@ use crate::edit::{Edit, rounded, significant};
 /// The relative change of a number in one point of a drag.
 const DRAG: f64 = 0.006;
 /// Size of a coordinate, whatever its digits: panels keep their width while a star is dragged.
-const COORDINATE: [f32; 2] = [58.0, 18.0];
+const COORDINATE: [f32; 2] = [54.0, 18.0];
 /// Most characters of a coordinate that three of stand in a line.
 const SHORT: usize = 7;
 /// Digits of numbers that are written.

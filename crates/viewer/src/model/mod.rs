@@ -63,6 +63,8 @@ pub struct Model {
     pub notice: Option<Notice>,
     /// Open panels, and marks over the picture.
     pub layout: WindowLayout,
+    /// The marked star, by its number in the scene.
+    pub selected: Option<usize>,
     /// The place of the pointer in the picture, in parts of its width and height.
     pub pointer: Option<(f64, f64)>,
     /// The last spectrum of the probe.
@@ -86,6 +88,7 @@ impl Model {
             shown: None,
             notice: None,
             layout: WindowLayout::default(),
+            selected: None,
             pointer: None,
             probed: None,
             exposure: 0,

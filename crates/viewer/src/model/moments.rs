@@ -4,6 +4,7 @@ use super::Model;
 use crate::edit::{Edit, table};
 use crate::flight::Flight;
 use crate::keyframes::{SAME, dropped, keyed, moments};
+use crate::visit::route;
 
 /// Duration of a scene without keyframes [s].
 const DURATION: f64 = 10.0;
@@ -66,6 +67,23 @@ impl Model {
         if self.clock.playing && self.duration().is_none_or(|end| self.clock.time >= end) {
             self.seek(0.0);
         }
+    }
+
+    /// Plays the camera's path from its beginning; a scene without one gets a flight into its cloud.
+    pub fn visit(&mut self) {
+        if !self.document.has_path() {
+            let Some(keys) = route(self.document.scene(), &self.flight) else {
+                return self.complain("a visit needs a cloud and a camera of kind perspective, fisheye, equirectangular or cubemap");
+            };
+            let edit = keys.iter().fold(Edit::remove("camera", "crop"), |edit, (time, flight)| edit.and(keyed(flight, *time)));
+            if !self.apply(edit.with_name("visit")) {
+                return;
+            }
+            self.tell("a flight of 20 s; Ctrl+Z removes it, File, Save film renders it");
+        }
+        self.layout.timeline = true;
+        self.seek(0.0);
+        self.clock.playing = true;
     }
 
     /// Makes the view a key of the camera at the moment that is shown.

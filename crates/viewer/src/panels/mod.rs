@@ -16,16 +16,17 @@ use eframe::egui::{self, Color32, Frame, Panel, ScrollArea, Ui};
 use crate::command::{Command, Commands};
 use crate::document::Origin;
 use crate::files::Purpose;
-use crate::layout::{Guide, WindowLayout};
+use crate::layout::{Guide, Side, WindowLayout};
 use crate::model::Model;
 
 pub use about::help;
+pub use spectra::reveal;
 
 /// Shows the menus on top.
 pub fn menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Commands) {
     Panel::top("menu").frame(unfilled(ui)).show(ui, |ui| {
         egui::MenuBar::new().ui(ui, |ui| {
-            ui.menu_button("File", |ui| file_menu(ui, recent, commands));
+            ui.menu_button("File", |ui| file_menu(ui, model, recent, commands));
             ui.menu_button("Edit", |ui| edit_menu(ui, model, commands));
             ui.menu_button("View", |ui| view_menu(ui, model, commands));
             if ui.button("Keys").on_hover_text("mouse and keys (F1)").clicked() {
@@ -33,10 +34,25 @@ pub fn menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Comman
             }
             let mark = if model.document.is_changed() { "*" } else { "" };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                sides(ui, model, commands);
+                ui.separator();
                 ui.label(format!("{}{mark}", model.document.origin().name())).on_hover_text(&model.document.scene().description);
             });
         });
     });
+}
+
+/// Opens and closes the panels around the picture, the rightmost first.
+fn sides(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let width = ui.ctx().content_rect().width();
+    for (side, name) in [(Side::Picture, "Picture panel"), (Side::Scene, "Scene panel")] {
+        if ui.selectable_label(model.layout.shows(side, width), name).clicked() {
+            commands.lay_out(move |layout| layout.toggle(side, width));
+        }
+    }
+    if ui.selectable_label(model.layout.timeline, "Timeline").on_hover_text("T").clicked() {
+        commands.lay_out(|layout| layout.timeline = !layout.timeline);
+    }
 }
 
 fn edit_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
@@ -51,6 +67,9 @@ fn edit_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 fn view_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     if ui.add(egui::Button::new("Frame all").shortcut_text("Home")).clicked() {
         commands.push(Command::FrameAll);
+    }
+    if ui.add(egui::Button::new("Visit").shortcut_text("V")).on_hover_text("play a flight into the cloud").clicked() {
+        commands.push(Command::Visit);
     }
     let bookmarks: Vec<String> = model.document.scene().bookmarks.keys().cloned().collect();
     ui.add_enabled_ui(!bookmarks.is_empty(), |ui| {
@@ -70,9 +89,6 @@ fn view_menu(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     };
     checkbox("Stars and frame (M)", |layout| &mut layout.overlay);
     checkbox("Fill the window", |layout| &mut layout.fills);
-    checkbox("Scene panel", |layout| &mut layout.scene);
-    checkbox("Picture panel", |layout| &mut layout.picture);
-    checkbox("Timeline (T)", |layout| &mut layout.timeline);
     ui.menu_button("Frame guide (G)", |ui| {
         for guide in Guide::ALL {
             if ui.radio(model.layout.guide == guide, guide.name()).clicked() {
@@ -98,8 +114,9 @@ fn theme(ui: &mut Ui) {
     }
 }
 
-fn file_menu(ui: &mut Ui, recent: &[Origin], commands: &mut Commands) {
+fn file_menu(ui: &mut Ui, model: &Model, recent: &[Origin], commands: &mut Commands) {
     let button = |ui: &mut Ui, text: &str, keys: &str| ui.add(egui::Button::new(text).shortcut_text(keys)).clicked();
+    let is_film = model.document.scene().timeline.is_some();
     if button(ui, "Open …", "Ctrl+O") {
         commands.push(Command::Ask(Purpose::Open));
     }
@@ -120,6 +137,11 @@ fn file_menu(ui: &mut Ui, recent: &[Origin], commands: &mut Commands) {
     }
     if button(ui, "Save picture …", "Ctrl+E") {
         commands.push(Command::Ask(Purpose::SavePicture));
+    }
+    let film = ui.add_enabled(is_film, egui::Button::new("Save film …"));
+    let film = film.on_hover_text("all frames of the timeline").on_disabled_hover_text("nothing changes yet: View, Visit makes a flight");
+    if film.clicked() {
+        commands.push(Command::Ask(Purpose::SaveFilm));
     }
     ui.separator();
     if button(ui, "Quit", "Ctrl+Q") {
@@ -169,8 +191,8 @@ pub fn bottom(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 
 /// Spectra, and the tables of the scene.
 pub fn left(ui: &mut Ui, model: &Model, commands: &mut Commands) {
-    if model.layout.scene {
-        Panel::left("scene").default_size(330.0).frame(unfilled(ui)).show(ui, |ui| {
+    if let Some(panel) = side(ui, model, Side::Scene, Panel::left("scene")) {
+        panel.show(ui, |ui| {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| spectra::show(ui, model, commands));
         });
     }
@@ -178,8 +200,8 @@ pub fn left(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 
 /// Shows the panels at the right: picture, method, probe.
 pub fn right(ui: &mut Ui, model: &Model, commands: &mut Commands) {
-    if model.layout.picture {
-        Panel::right("picture").default_size(330.0).frame(unfilled(ui)).show(ui, |ui| {
+    if let Some(panel) = side(ui, model, Side::Picture, Panel::right("picture")) {
+        panel.show(ui, |ui| {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| {
                 section(ui, "Picture", true, |ui| picture::show(ui, model, commands));
                 section(ui, "Instrument", false, |ui| instrument::show(ui, model, commands));
@@ -188,6 +210,13 @@ pub fn right(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             });
         });
     }
+}
+
+/// A panel beside the picture as wide as the window allows; none where it is closed.
+fn side(ui: &Ui, model: &Model, side: Side, panel: Panel) -> Option<Panel> {
+    let width = ui.ctx().content_rect().width();
+    let (first, largest) = WindowLayout::widths(width);
+    model.layout.shows(side, width).then(|| panel.default_size(first).max_size(largest).frame(unfilled(ui)))
 }
 
 /// The frame of a panel, whose ground stays as the window was cleared: each layer is shaded pixel by pixel.

@@ -31,6 +31,7 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         }
     });
     histogram(ui, model, commands);
+    super::section(ui, "Glare", false, |ui| editor::keys(ui, &model.document, "display.glare", commands));
     comparison(ui, model, commands);
 }
 

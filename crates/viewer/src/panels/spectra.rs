@@ -1,7 +1,7 @@
 //! Stars, filters, dust and gas: their spectra in one plot, and every key that the scene has of them.
 
 use barnard::scene::Scene;
-use eframe::egui::{self, Color32, Ui};
+use eframe::egui::{self, Color32, Context, Ui};
 use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints, Points, VLine};
 use spectra::constants::SOLAR_LUMINOSITY;
 use spectra::passband::Passband;
@@ -34,7 +34,8 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         plot(ui, model, commands);
     });
     section(ui, "Filters", true, |ui| filters(ui, model, commands));
-    section(ui, "Stars", true, |ui| list(ui, model, "star", commands));
+    let stars = egui::CollapsingHeader::new("Stars").default_open(true).open(has_revealed(ui.ctx(), "star").then_some(true));
+    stars.show(ui, |ui| list(ui, model, "star", commands));
     for i in 0..count(model.document.toml().as_table(), "star_table") {
         section(ui, &format!("Table of stars {}", i + 1), true, |ui| {
             editor::keys(ui, &model.document, &format!("star_table.{i}"), commands)
@@ -78,7 +79,9 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             section(ui, &name, false, |ui| editor::keys(ui, &model.document, &format!("field.{name}"), commands));
         }
     });
-    section(ui, "Camera", false, |ui| editor::keys(ui, &model.document, "camera", commands));
+    for (title, table) in [("Camera", "camera"), ("Detail", "detail"), ("Output", "output"), ("Sequence", "sequence")] {
+        section(ui, title, false, |ui| editor::keys(ui, &model.document, table, commands));
+    }
 }
 
 /// The tables of a list, each with its keys.
@@ -87,13 +90,8 @@ fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
         "star" => model.document.stars().iter().map(|s| s.name.clone()).collect(),
         _ => model.document.scene().emission.iter().map(|e| e.name.clone()).collect(),
     };
-    // Whoever adds one sees its keys.
-    let is_new = |ui: &Ui, i: usize| ui.data(|data| data.get_temp::<usize>(added(name))) == Some(i);
     for (i, title) in titles.iter().enumerate() {
-        let open = is_new(ui, i).then(|| {
-            ui.data_mut(|data| data.remove::<usize>(added(name)));
-            true
-        });
+        let open = is_revealed(ui.ctx(), name, i).then_some(true);
         let header = egui::CollapsingHeader::new(title).id_salt((name, i)).default_open(i == 0).open(open).show(ui, |ui| {
             editor::keys(ui, &model.document, &format!("{name}.{i}"), commands);
             if name == "emission" {
@@ -110,13 +108,31 @@ fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
     let hover = "add a star of 15000 K, as luminous as the brightest, in front of the cloud's centre";
     if name == "star" && ui.button("Add a star").on_hover_text(hover).clicked() {
         commands.push(Edit::push("star", star(model)));
-        ui.data_mut(|data| data.insert_temp(added(name), titles.len()));
+        reveal(ui.ctx(), name, titles.len());
     }
 }
 
-/// Where the number of the table is kept that was added to a list.
-fn added(list: &str) -> egui::Id {
-    egui::Id::unique(("added", list))
+/// Opens a table of a list in the next frame, and scrolls to it.
+pub fn reveal(ctx: &Context, list: &str, index: usize) {
+    ctx.data_mut(|data| data.insert_temp(revealed(list), index));
+}
+
+/// True if a table of a list is to be opened.
+fn has_revealed(ctx: &Context, list: &str) -> bool {
+    ctx.data(|data| data.get_temp::<usize>(revealed(list))).is_some()
+}
+
+/// True once for a table that is to be opened.
+fn is_revealed(ctx: &Context, list: &str, index: usize) -> bool {
+    let is_revealed = ctx.data(|data| data.get_temp::<usize>(revealed(list))) == Some(index);
+    if is_revealed {
+        ctx.data_mut(|data| data.remove::<usize>(revealed(list)));
+    }
+    is_revealed
+}
+
+fn revealed(list: &str) -> egui::Id {
+    egui::Id::unique(("revealed", list))
 }
 
 /// Distance of a new star in front of the cloud's centre, relative to the cloud's radius: not behind most of its dust.

@@ -1,7 +1,11 @@
 //! The timeline: keys that are set, moments that are shown, and frames that are composed.
 
+use std::time::{Duration, Instant};
+
 use barnard::glam::DVec3;
 use barnard_viewer::app::App;
+use barnard_viewer::edit::Edit;
+use barnard_viewer::files::Purpose;
 use barnard_viewer::layout::Guide;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
@@ -156,5 +160,41 @@ fn guides_take_turns() {
         harness.key_press(Key::G);
         harness.step();
         assert_eq!(harness.state().model.layout.guide, guide);
+    }
+}
+
+/// A visit is a path into the cloud that plays at once and is undone in one step; all its frames are saved at a chosen size.
+#[test]
+fn a_visit_is_saved_as_a_film() {
+    let (folder, mut harness) = open();
+    let before = harness.state().model.document.text().to_owned();
+    harness.key_press(Key::V);
+    harness.run_steps(3);
+    assert!(harness.state().model.clock.playing && harness.state().model.layout.timeline, "{}", notice(&harness));
+    assert_eq!(harness.state().model.document.text().matches("[[camera.path.key]]").count(), 9);
+    harness.key_press(Key::Space);
+    harness.run_steps(2);
+    harness.state_mut().model.apply(Edit::set("sequence", "frames_per_second", 0.15));
+    settle(&mut harness);
+    let app = harness.state_mut();
+    app.files.ask(Purpose::SaveFilm, &app.model.document);
+    harness.run_steps(3);
+    harness.get_by_label("sizes").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("3840 × 2160").is_some());
+    harness.get_by_label_contains("the scene's own").click();
+    harness.run_steps(3);
+    harness.get_by_role_and_label(Role::Button, "Save").click();
+    let start = Instant::now();
+    while !notice(&harness).starts_with("wrote 4 frames") {
+        harness.step();
+        std::thread::sleep(Duration::from_millis(5));
+        assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(&harness));
+    }
+    let frame = |number: usize| image::open(folder.path().join(format!("cloud_{number:04}.png"))).unwrap().to_rgb8();
+    assert_eq!(frame(1).dimensions(), (64, 48));
+    assert!(frame(1) != frame(4) && frame(4).pixels().any(|pixel| pixel.0 != [0; 3]));
+    while harness.state().model.document.text() != before {
+        harness.state_mut().model.step(false);
     }
 }

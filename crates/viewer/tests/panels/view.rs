@@ -193,3 +193,61 @@ fn escape_closes_help() {
     harness.run_steps(2);
     assert!(!harness.state().model.layout.help);
 }
+
+/// A click on a star marks it and opens its keys, also in a narrow window; a click beside it marks none.
+#[test]
+fn stars_are_selected() {
+    let (_folder, mut harness) = open();
+    let place = |harness: &Harness<App>| {
+        let (model, rect) = (&harness.state().model, viewport(harness));
+        let camera = &model.flight.camera;
+        let (column, row) = camera.project(model.document.stars()[0].position).unwrap();
+        rect.min + vec2(column as f32 / camera.width as f32 * rect.width(), row as f32 / camera.height as f32 * rect.height())
+    };
+    let click = |harness: &mut Harness<App>, at| {
+        harness.hover_at(at);
+        harness.step();
+        for pressed in [true, false] {
+            harness.event(Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE });
+        }
+        harness.run_steps(3);
+    };
+    let star = place(&harness);
+    click(&mut harness, star);
+    assert_eq!(harness.state().model.selected, Some(0));
+    let beside = place(&harness) + vec2(60.0, 60.0);
+    click(&mut harness, beside);
+    assert_eq!(harness.state().model.selected, None);
+    assert_eq!(harness.state().model.document.text(), SCENE);
+    harness.set_size(vec2(640.0, 480.0));
+    settle(&mut harness);
+    assert!(harness.query_by_label("temperature").is_none() && viewport(&harness).height() > 0.85 * 480.0);
+    let star = place(&harness);
+    click(&mut harness, star);
+    assert!(harness.query_by_role_and_label(Role::SpinButton, "temperature").is_some());
+    assert!(viewport(&harness).width() > 0.45 * 640.0, "{}", viewport(&harness).width());
+}
+
+/// Keys of glare, detail, output and sequence are added in the panels and written into their tables.
+#[test]
+fn every_table_is_edited() {
+    let (_folder, mut harness) = open();
+    harness.set_size(vec2(1150.0, 1400.0));
+    for (section, key, table) in [
+        ("Glare", "seeing", "display.glare"),
+        ("Detail", "strength", "detail"),
+        ("Output", "precision", "output"),
+        ("Sequence", "shutter", "sequence"),
+    ] {
+        harness.get_by_label(section).click();
+        harness.run_steps(20);
+        let below = harness.get_by_label(section).rect().bottom();
+        let menus: Vec<_> = harness.get_all_by_label("more …").filter(|menu| menu.rect().top() >= below - 1.0).collect();
+        menus.into_iter().min_by(|a, b| a.rect().top().total_cmp(&b.rect().top())).unwrap().click();
+        harness.run_steps(3);
+        harness.get_by_role_and_label(Role::Button, key).click();
+        harness.run_steps(3);
+        let text = harness.state().model.document.text().to_owned();
+        assert!(text.contains(&format!("[{table}]\n{key} = ")), "{section}: {} {text}", notice(&harness));
+    }
+}
