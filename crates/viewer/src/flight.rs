@@ -87,11 +87,13 @@ impl Flight {
         self.pivot = self.camera.position + distance * self.camera.forward;
     }
 
-    /// Looks at a place from another \[pc\]; up stays as near as it can.
+    /// Looks at a place from another \[pc\], with the horizon level: up stays in the plane of the former one.
     pub fn aim(&mut self, position: DVec3, target: DVec3) {
-        let forward = (target - position).normalize_or(self.camera.forward);
-        self.turn(DQuat::from_rotation_arc(self.camera.forward, forward));
-        (self.camera.position, self.pivot) = (position, target);
+        let c = &mut self.camera;
+        let forward = (target - position).normalize_or(c.forward);
+        let right = forward.cross(c.up).normalize_or(c.right);
+        (c.position, c.forward, c.right, c.up) = (position, forward, right, right.cross(forward));
+        self.pivot = target;
     }
 
     /// Rolls about the line of sight \[rad\].

@@ -1,7 +1,7 @@
 //! `barnard render --frames`: frame after frame of a scene that changes.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, bail};

@@ -42,7 +42,7 @@ impl<'a> Points<'a> {
     pub fn take_discs(&self, band: usize, per_watt: f64, light: &mut [f64]) {
         for point in &self.points {
             let all = self.scale * per_watt * point.flux[band];
-            disc(self.size, point.column, point.row).into_iter().for_each(|(pixel, share)| light[pixel] -= share * all);
+            disc(self.size, point.column, point.row).for_each(|(pixel, share)| light[pixel] -= share * all);
         }
     }
 

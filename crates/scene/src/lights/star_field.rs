@@ -16,8 +16,12 @@ use crate::random::Counter;
 use crate::scene::StarField;
 use crate::star_catalogue::StarClass;
 
-/// More field stars than this are a mistake of the scene.
-const MAX_FIELD_STARS: f64 = 5e6;
+/// More field stars in view than this are a mistake of the scene.
+const MAX_FIELD_STARS: f64 = 2e8;
+/// Stars that are drawn in a picture of any size at least, and per pixel of a larger one: of more the brightest, since fainter ones
+/// cannot be told apart.
+const DRAWN: f64 = 1e5;
+const DRAWN_PER_PIXEL: f64 = 0.5;
 
 /// Temperature \[K\] and part of the stars.
 pub const CLASSES: [(f64, f64); 6] = [(3600.0, 0.22), (4500.0, 0.28), (5600.0, 0.25), (6800.0, 0.14), (9500.0, 0.08), (18000.0, 0.03)];
@@ -53,9 +57,9 @@ pub(crate) struct FieldStar {
 }
 
 impl FieldStar {
-    /// The next star of a cell, where it lies in the circle; `range` is 10^(−0.4 m) of the faintest star and how many times it that of
-    /// the brightest is.
-    fn drawn(cell: u64, range: (f64, f64), circle: Option<&Circle>, random: &mut Counter) -> Option<Self> {
+    /// The next star of a cell, where it lies in the circle and among the brightest `share`; `range` is 10^(−0.4 m) of the faintest
+    /// star and how many times it that of the brightest is.
+    fn drawn(cell: u64, range: (f64, f64), share: f64, circle: Option<&Circle>, random: &mut Counter) -> Option<Self> {
         let within = (random.uniform(), random.uniform());
         if circle.is_some_and(|circle| !circle.holds(cell, within)) {
             // Its brightness and its class.
@@ -65,13 +69,14 @@ impl FieldStar {
         // Counts grow as 10^(0.4 m): from the brightest to the faintest, 10^(0.4 m) is evenly spread.
         let (faintest, times) = range;
         let low = times.recip();
-        let gain = faintest / (low + random.uniform() * (1.0 - low));
+        let rank = random.uniform();
+        let gain = faintest / (low + rank * (1.0 - low));
         let mut pick = random.uniform();
         let class = CLASSES.iter().position(|(_, part)| {
             pick -= part;
             pick < 0.0
         });
-        Some(Self { cell, within, gain, class: class.unwrap_or(CLASSES.len() - 1) })
+        (rank <= share).then(|| Self { cell, within, gain, class: class.unwrap_or(CLASSES.len() - 1) })
     }
 
     /// The direction in which it is seen.
@@ -134,14 +139,23 @@ fn field_stars(field: &StarField, camera: &Camera, visible: Vec<u64>, circle: Op
     if field.density_per_sr * in_view > MAX_FIELD_STARS {
         return Err(Error::StarField { in_view: field.density_per_sr * in_view, most: MAX_FIELD_STARS });
     }
+    let share = drawn_share(field, camera);
     let (bright, faint) = field.magnitudes;
     let range = (10f64.powf(-0.4 * faint), 10f64.powf(0.4 * (faint - bright)));
     let of_cell = |cell: u64| {
         let mut random = Counter::new(field.seed, cell);
         let count = poisson(per_cell, &mut random);
-        (0..count).filter_map(move |_| FieldStar::drawn(cell, range, circle, &mut random))
+        (0..count).filter_map(move |_| FieldStar::drawn(cell, range, share, circle, &mut random))
     };
     Ok(visible.into_par_iter().flat_map_iter(of_cell).collect())
+}
+
+/// Share of the stars in view that are drawn \[1\]: the same for a picture and its parts.
+fn drawn_share(field: &StarField, camera: &Camera) -> f64 {
+    let (width, height) = camera.part.map_or((camera.width, camera.height), |part| part.whole);
+    let pixels = (width * height) as f64;
+    let in_view = field.density_per_sr * pixels * camera.pixel_measure(0.5 * camera.width as f64, 0.5 * camera.height as f64);
+    ((DRAWN_PER_PIXEL * pixels).max(DRAWN) / in_view).min(1.0)
 }
 
 /// The z of a direction within a cell.
@@ -249,6 +263,25 @@ mod tests {
             assert_eq!(seen(&aside, &stars_in_view(&field(), &aside, MARGIN).unwrap()), seen(&aside, &all), "{aside:?}");
             assert!(cells_in_view(&camera, Circle::of(&camera, MARGIN).as_ref()).len() < ALL.end as usize, "all cells are looked at");
         }
+    }
+
+    /// Of a field too crowded to be told apart the brightest stars are drawn: those of the sparse picture's bright end.
+    #[test]
+    fn crowded_fields_show_their_brightest() {
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::X).with_field_of_view_deg(50.0).with_size(640, 360);
+        let crowded = StarField { density_per_sr: 1e6, ..field() };
+        let gains = |camera: &Camera| -> Vec<f64> {
+            let (width, height) = (camera.width as f64, camera.height as f64);
+            let is_inside = |(_, x, y): &(f64, f64, f64)| *x > 0.0 && *y > 0.0 && *x < width && *y < height;
+            let stars = seen(camera, &stars_in_view(&crowded, camera, MARGIN).unwrap());
+            stars.into_iter().filter(is_inside).map(|star| star.0).collect()
+        };
+        let inside = gains(&camera);
+        // The field of view is 50 deg by 29.4 deg, flat: the middle's measure stands for all.
+        assert!((inside.len() as f64 / (0.5 * 640.0 * 360.0) - 1.0).abs() < 0.15, "{}", inside.len());
+        let wide = camera.clone().with_size(2560, 1440);
+        let all = gains(&wide);
+        assert!(all.len() > 2 * inside.len() && all[..inside.len()] == inside[..], "{} {}", all.len(), inside.len());
     }
 
     #[test]

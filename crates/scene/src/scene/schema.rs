@@ -171,7 +171,7 @@ pub const TABLES: &[TableRow] = &[
         title: "[background.stars]",
         path: "background.stars",
         parts: &[Part::Spectra],
-        text: "Stars at infinity, the same from every camera.",
+        text: "Stars at infinity, the same from every camera. A picture shows the brightest 100 000 in view, or one per two pixels if that is more.",
         keys: background::STAR_KEYS,
         kinds: Vec::new,
         catalogues: &[],

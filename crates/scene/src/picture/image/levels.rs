@@ -14,6 +14,9 @@ use crate::points::disc;
 /// Pixels in a row of the picture by which levels are chosen.
 const LEVEL_WIDTH: f64 = 1280.0;
 
+/// Most points that are taken out and drawn anew, the brightest: the light of more would fill all pixels of such a picture.
+const MOST_POINTS: usize = 100_000;
+
 /// Light of points in a pixel: number of each point, and radiance per flux.
 type PointShares = Vec<(usize, f64)>;
 
@@ -41,7 +44,8 @@ impl<'a> LevelPixels<'a> {
             _ => 1,
         };
         let mut pixels = Self { image, edge, block, weight: 1.0, drawn: BTreeMap::new(), stars: BTreeMap::new() };
-        for (number, point) in image.points.iter().enumerate() {
+        for number in brightest(image) {
+            let point = &image.points[number];
             for (pixel, share) in disc([image.width, image.height], point.column, point.row) {
                 pixels.drawn.entry(pixel).or_default().push((number, share / measure(image, pixel)));
             }
@@ -146,6 +150,18 @@ impl<'a> LevelPixels<'a> {
     }
 }
 
+/// Numbers of the brightest points of an image, in ascending order.
+fn brightest(image: &Image) -> Vec<usize> {
+    let mut numbers: Vec<usize> = (0..image.points.len()).collect();
+    if numbers.len() > MOST_POINTS {
+        let flux = |number: &usize| image.points[*number].flux.iter().sum::<f64>();
+        numbers.select_nth_unstable_by(MOST_POINTS, |a, b| flux(b).total_cmp(&flux(a)).then(a.cmp(b)));
+        numbers.truncate(MOST_POINTS);
+        numbers.sort_unstable();
+    }
+    numbers
+}
+
 /// Measure of a pixel of a flat picture, by which flux is divided for radiance: a solid angle \[sr\] or an area \[pc²\].
 fn measure(image: &Image, pixel: usize) -> f64 {
     match image.pixel {
@@ -206,6 +222,24 @@ mod tests {
             }
             assert!(of_pixels(192) > 2.0 * raw);
         }
+    }
+
+    /// Of more points than are drawn anew, the faintest stay in the light between.
+    #[test]
+    fn the_brightest_points_are_drawn_anew() {
+        let mut image = picture(192, false);
+        let faint =
+            |i: usize| PointSource { column: (i % 192) as f64, row: (i / 192 % 108) as f64, flux: vec![1e-20 * (1 + i % 7) as f64] };
+        let before = LevelPixels::of(&image).percentile(0.998, |bands| bands[0]);
+        image.points.splice(0..0, (0..MOST_POINTS + 5).map(faint));
+        let numbers = brightest(&image);
+        assert!(
+            numbers.len() == MOST_POINTS
+                && numbers.is_sorted()
+                && numbers[MOST_POINTS - 20..].iter().eq(&Vec::from_iter(MOST_POINTS + 5..MOST_POINTS + 25))
+        );
+        let after = LevelPixels::of(&image).percentile(0.998, |bands| bands[0]);
+        assert!((after / before - 1.0).abs() < 0.02, "{before} {after}");
     }
 
     /// Without stars, levels are percentiles of the pixels.
