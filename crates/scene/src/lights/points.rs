@@ -269,7 +269,8 @@ fn inside(camera: &Camera, column: i64, row: i64) -> Option<usize> {
 /// source is in the whole image, of which a crop has its part.
 fn shares_on_sphere(camera: &Camera, column: f64, row: f64) -> Vec<(usize, f64)> {
     let direction = camera.ray(column, row).direction;
-    let step = camera.footprint().per_pc;
+    // Pixels in the middle of a face of a cube are wider than others.
+    let step = camera.footprint().per_pc.max(camera.pixel_measure(column, row).sqrt());
     let radius = PSF_RADII.1 * step;
     let angle = |other: DVec3| 2.0 * (0.5 * direction.distance(other)).min(1.0).asin();
     // Pixels that are neighbours on the sphere may be far apart in the image: places on a lattice around the source find
