@@ -61,7 +61,7 @@ impl Sources {
     pub const PREVIEW: Self = Self::Brightest(1500);
 }
 
-/// Draws unresolved sources, and gives them where the picture is flat: `add` receives indices in an image (bands × height × width) and radiances; `fluxes(number,
+/// Draws unresolved sources, and gives them unless the picture is one eye's or a part of one of all around: `add` receives indices in an image (bands × height × width) and radiances; `fluxes(number,
 /// light, ray, length)` are the fluxes of a light in all bands behind what lies on the first `length` \[pc\] of the ray
 /// to the source of a number, in the order of [`points`].
 ///
@@ -90,9 +90,10 @@ pub fn draw(
             }
         }
     }
-    let is_flat = !matches!(camera.projection, Projection::Panorama { .. });
+    let is_whole = camera.eye.is_none() && camera.part.is_none();
+    let is_listed = is_whole || !matches!(camera.projection, Projection::Panorama { .. });
     let source = |(point, flux): (&Point, Vec<f64>)| PointSource { column: point.column, row: point.row, flux };
-    Ok(if is_flat { points.iter().zip(fluxes).map(source).collect() } else { Vec::new() })
+    Ok(if is_listed { points.iter().zip(fluxes).map(source).collect() } else { Vec::new() })
 }
 
 /// The pixels over which a source of a flat picture is drawn, each with its share of the light; the sum over an endless picture is one.
@@ -192,7 +193,7 @@ fn touches(camera: &Camera, (column, row): (f64, f64)) -> bool {
     let margin = PSF_RADII.1;
     let is_near = column > -margin && row > -margin && column < camera.width as f64 + margin && row < camera.height as f64 + margin;
     let may_cross = camera.part.is_some() && matches!(camera.projection, Projection::Panorama { .. });
-    is_near || (may_cross && !shares_on_sphere(camera, column, row).is_empty())
+    is_near || (may_cross && !disc_on_sphere(camera, column, row).is_empty())
 }
 
 /// Image position of a star of the star field, if it touches the image; `first` is the light of the first class.
@@ -243,7 +244,7 @@ fn profile(distance: f64) -> f64 {
 /// The pixels over which a source is spread, each with its share of the flux divided by the pixel's measure.
 fn shares(camera: &Camera, point: &Point) -> Vec<(usize, f64)> {
     match camera.projection {
-        Projection::Panorama { .. } => shares_on_sphere(camera, point.column, point.row),
+        Projection::Panorama { .. } => disc_on_sphere(camera, point.column, point.row),
         Projection::Perspective { .. } | Projection::Orthographic { .. } => shares_on_plane(camera, point),
     }
 }
@@ -267,7 +268,7 @@ fn inside(camera: &Camera, column: i64, row: i64) -> Option<usize> {
 /// Shares of a point-spread function that is round on the sphere, a function of the angle from the source: across
 /// seams, around poles, and over edges and corners of a cube. Pixels that show no direction get nothing. All light of the
 /// source is in the whole image, of which a crop has its part.
-fn shares_on_sphere(camera: &Camera, column: f64, row: f64) -> Vec<(usize, f64)> {
+pub(crate) fn disc_on_sphere(camera: &Camera, column: f64, row: f64) -> Vec<(usize, f64)> {
     let direction = camera.ray(column, row).direction;
     // Pixels in the middle of a face of a cube are wider than others.
     let step = camera.footprint().per_pc.max(camera.pixel_measure(column, row).sqrt());

@@ -7,9 +7,11 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::convolution::Sphere;
 use super::coordinates::solid_angle;
 use super::{Image, PixelScale};
-use crate::points::disc;
+use crate::camera::Camera;
+use crate::points::{disc, disc_on_sphere};
 
 /// Pixels in a row of the picture by which levels are chosen.
 const LEVEL_WIDTH: f64 = 1280.0;
@@ -44,15 +46,15 @@ impl<'a> LevelPixels<'a> {
             _ => 1,
         };
         let mut pixels = Self { image, edge, block, weight: 1.0, drawn: BTreeMap::new(), stars: BTreeMap::new() };
+        let sky = Sphere::of(image).map(|sphere| {
+            let camera = sphere.camera();
+            let [width, height] = pixels.size();
+            (camera.clone(), camera.with_size(width, height))
+        });
         for number in brightest(image) {
-            let point = &image.points[number];
-            for (pixel, share) in disc([image.width, image.height], point.column, point.row) {
-                pixels.drawn.entry(pixel).or_default().push((number, share / measure(image, pixel)));
-            }
-            for (pixel, share) in disc(pixels.size(), point.column / edge, point.row / edge) {
-                let per_flux = share / (edge * edge * measure(image, pixels.beneath(pixel)));
-                pixels.stars.entry(pixel).or_default().push((number, per_flux));
-            }
+            let (drawn, stars) = pixels.discs(number, sky.as_ref());
+            drawn.into_iter().for_each(|(pixel, per_flux)| pixels.drawn.entry(pixel).or_default().push((number, per_flux)));
+            stars.into_iter().for_each(|(pixel, per_flux)| pixels.stars.entry(pixel).or_default().push((number, per_flux)));
         }
         // Light counts as often as there are pixels between stars.
         let between = (image.width * image.height) as f64 / (edge * edge) - pixels.stars.len() as f64;
@@ -60,9 +62,25 @@ impl<'a> LevelPixels<'a> {
         pixels
     }
 
-    /// Columns and rows of the picture by which levels are chosen.
+    /// Radiance per flux of a point in pixels of the image, and of the picture by which levels are chosen; `sky` has the cameras of both
+    /// where they are all around.
+    fn discs(&self, number: usize, sky: Option<&(Camera, Camera)>) -> (PointShares, PointShares) {
+        let (image, edge, point) = (self.image, self.edge, &self.image.points[number]);
+        let (column, row) = (point.column / edge, point.row / edge);
+        match sky {
+            Some((camera, other)) => (disc_on_sphere(camera, point.column, point.row), disc_on_sphere(other, column, row)),
+            None => {
+                let drawn = disc([image.width, image.height], point.column, point.row);
+                let stars = disc(self.size(), column, row);
+                let per_flux = |(pixel, share): (usize, f64)| (pixel, share / (edge * edge * measure(image, self.beneath(pixel))));
+                (drawn.map(|(pixel, share)| (pixel, share / measure(image, pixel))).collect(), stars.map(per_flux).collect())
+            }
+        }
+    }
+
+    /// Columns and rows of the picture by which levels are chosen; quotients are rounded.
     fn size(&self) -> [usize; 2] {
-        [self.image.width, self.image.height].map(|pixels| (pixels as f64 / self.edge).ceil() as usize)
+        [self.image.width, self.image.height].map(|pixels| (pixels as f64 / self.edge - 1e-9).ceil() as usize)
     }
 
     /// Whole blocks of the image.
@@ -221,6 +239,68 @@ mod tests {
                 assert!((found / wanted - 1.0).abs() < 0.06, "{width}: {found} {wanted}");
             }
             assert!(of_pixels(192) > 2.0 * raw);
+        }
+    }
+
+    /// In pictures of all around too: a proxy of a dome, a sphere or a cube has the white of its final, unlike its pixels.
+    #[test]
+    fn levels_are_those_of_any_size_all_around() {
+        use crate::camera::Camera;
+        use glam::DVec3;
+        let ahead = || Camera::look_at(DVec3::ZERO, DVec3::NEG_Z);
+        let cameras: [(&str, &dyn Fn(usize) -> Camera); 3] = [
+            ("dome", &|width| ahead().with_fisheye_deg(180.0, 60.0).with_size(width, width)),
+            ("sphere", &|width| ahead().with_equirectangular(width)),
+            ("cube", &|width| ahead().with_cubemap(width)),
+        ];
+        let stars: Vec<(DVec3, f64)> = (1..=400)
+            .map(|i| {
+                let [z, turn] = [0.618_034, 0.754_878].map(|step| (f64::from(i) * step).fract());
+                let (z, turn) = (2.0 * z - 1.0, std::f64::consts::TAU * turn);
+                let r = (1.0 - z * z).sqrt();
+                (DVec3::new(r * turn.cos(), r * turn.sin(), z), 1e-12 * f64::from(i % 20 + 1).powi(3))
+            })
+            .collect();
+        for (name, camera) in cameras {
+            let picture = |width: usize| {
+                let camera = camera(width);
+                let (width, height) = (camera.width, camera.height);
+                let centre = |i: usize| ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+                let nebula = |i: usize| {
+                    let (x, y) = centre(i);
+                    if camera.sees(x, y) { 1e-9 * (1.5 + camera.ray(x, y).direction.x).powi(2) } else { 0.0 }
+                };
+                let mut samples: Vec<f64> = (0..width * height).map(nebula).collect();
+                let placed = stars.iter().filter_map(|(towards, flux)| Some((camera.project(*towards)?, *flux)));
+                let points: Vec<PointSource> = placed.map(|((column, row), flux)| PointSource { column, row, flux: vec![flux] }).collect();
+                for point in &points {
+                    for (pixel, per_flux) in disc_on_sphere(&camera, point.column, point.row) {
+                        samples[pixel] += per_flux * point.flux[0];
+                    }
+                }
+                let image = Image::bare(width, height, vec!["V".into()], Samples::Double(samples));
+                let circle = matches!(camera.pixel_scale(), PixelScale::Equidistant(_)).then_some(0.5 * width as f64);
+                Image {
+                    pixel: Some(camera.pixel_scale()),
+                    axis: camera.axis(),
+                    views: (1, if name == "cube" { 6 } else { 1 }),
+                    circle,
+                    points,
+                    ..image
+                }
+            };
+            let level = |width: usize| LevelPixels::of(&picture(width)).percentile(0.998, |bands| bands[0]);
+            let of_pixels = |width: usize| {
+                let mut values: Vec<f64> = picture(width).band(0).filter(|value| *value > 0.0).collect();
+                values.sort_by(f64::total_cmp);
+                values[((values.len() - 1) as f64 * 0.998) as usize]
+            };
+            let wanted = level(1280);
+            assert!((wanted / of_pixels(1280) - 1.0).abs() < 0.03, "{name}: {wanted} {}", of_pixels(1280));
+            for width in [128, 320, 1000] {
+                assert!((level(width) / wanted - 1.0).abs() < 0.06, "{name} {width}: {} {wanted}", level(width));
+            }
+            assert!((of_pixels(128) / wanted - 1.0).abs() > 0.2, "{name}: {}", of_pixels(128));
         }
     }
 

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::Kernel;
 use crate::camera::panorama::{Axes, PanoramaLayout};
+use crate::camera::{Camera, Projection};
 use crate::image::{Image, PixelScale};
 
 /// Ahead, right and up of every picture: turns of all around change nothing.
@@ -97,6 +98,14 @@ impl Sphere {
         let (width, height) = (image.width / image.views.0.max(1), image.height);
         let middle = (0.5 * width as f64 + image.axis.0, 0.5 * height as f64 - image.axis.1);
         Some(Self { layout, width, height, middle, unit: degrees.to_radians() })
+    }
+
+    /// Camera at the origin that sees the picture.
+    pub fn camera(&self) -> Camera {
+        let half = 0.5 * self.width as f64;
+        let offset = ((half - self.middle.0) / half, (self.middle.1 - 0.5 * self.height as f64) / half);
+        let projection = Projection::Panorama { layout: self.layout, half_width: self.unit * half };
+        Camera { projection, offset, ..Camera::look_at(DVec3::ZERO, VIEW[0]) }.with_size(self.width, self.height)
     }
 
     /// Bytes that taking points out of a picture needs beside it: their light, and two planes.
