@@ -69,7 +69,7 @@ class Report:
     misses_accuracy: bool = False
     #: Errors of multiple scattering in the picture: `spatial` and `angular`, relative rms.
     scattering_error: dict[str, float] | None = None
-    #: Density detail below the voxels: `octaves` and `deviation` of ln density.
+    #: Displacement below the voxels: `octaves` and `strength`, relative to the wavelength.
     detail: dict[str, float] | None = None
     #: Sampling of the path tracer: `per_pixel`, `seed` and `skipped`.
     paths: dict[str, int] | None = None

@@ -2326,7 +2326,8 @@ class Gas(Table):
 
 
 class StarField(Table):
-    """Stars at infinity, the same from every camera.
+    """Stars at infinity, the same from every camera. A picture shows the brightest 100 000 in view, or one per two
+    pixels if that is more.
 
     Parameters
     ----------
@@ -2729,22 +2730,18 @@ class FileBackground(Background):
 
 
 class Detail(Table):
-    """Noise that extends the spectrum of dust and gas below their voxels where pixels resolve it, so that voxels stay
-    invisible close to the cloud. It multiplies the densities seen by the camera and keeps their mean; star depths and
-    multiple scattering ignore it ([docs/method.md](method.md)).
+    """Displacement of dust and gas below their voxels where pixels resolve it, so that edges and fronts are rough at all
+    lengths and voxels stay invisible close to the cloud. It moves what the camera sees, without a change of its mean;
+    ionised gas, star depths and multiple scattering ignore it ([docs/method.md](method.md)).
 
     Parameters
     ----------
     seed : integer, default 1
         Seed of the noise.
-    octaves : integer between 1 and 8, default 4
-        Octaves of waves from two voxels downwards; unresolved octaves cost nothing.
-    strength : number between 0 and 10, default 1
-        Factor of the deviations; 0 disables detail.
-    deviation : number between 0 and 1.5, default measured on each grid
-        Deviation of ln density in the octave of two voxels: 0.1 is soft, 0.5 rough.
-    slope : number between 3.05 and 8, default measured on each grid
-        n of the spectrum k^-n; 3.667 is Kolmogorov's.
+    octaves : integer between 1 and 8, default 6
+        Octaves of waves from four voxels downwards; unresolved octaves cost nothing.
+    strength : number between 0 and 0.2, default 0.05
+        Displacement relative to the wavelength, root mean square of a component; 0 disables detail.
 
     Raises
     ------
@@ -2754,16 +2751,8 @@ class Detail(Table):
 
     _path = "detail"
 
-    def __init__(
-        self,
-        *,
-        seed: int | None = None,
-        octaves: int | None = None,
-        strength: float | None = None,
-        deviation: float | None = None,
-        slope: float | None = None,
-    ):
-        self._fill(seed=seed, octaves=octaves, strength=strength, deviation=deviation, slope=slope)
+    def __init__(self, *, seed: int | None = None, octaves: int | None = None, strength: float | None = None):
+        self._fill(seed=seed, octaves=octaves, strength=strength)
 
 
 class Spectrograph(Table):

@@ -371,10 +371,11 @@ fn stars_keep_their_light_everywhere() {
         for (place, towards) in places {
             let (flux, light) = star_light(camera, towards);
             assert!((flux / truth - 1.0).abs() < 1e-3, "{name}, {place}: {}", flux / truth);
-            // A disc that falls as a raised cosine from 0.6 to 1.6 pixels around the star; pixels of the middle count.
+            // A disc that falls as a raised cosine from 0.65 to 2.2 pixels around the star.
             let (column, row) = camera.project(1e12 * towards).unwrap();
             let step = camera.footprint().per_pc.max(camera.pixel_measure(column, row).sqrt());
-            let fall = |d: DVec3| 0.5 + 0.5 * (std::f64::consts::PI * (d.angle_between(towards) / step - 0.6).clamp(0.0, 1.0)).cos();
+            let fall =
+                |d: DVec3| 0.5 + 0.5 * (std::f64::consts::PI * ((d.angle_between(towards) / step - 0.65) / 1.55).clamp(0.0, 1.0)).cos();
             let ratios = light.iter().filter(|(d, _)| fall(*d) > 1e-3).map(|(d, radiance)| radiance / fall(*d));
             let (low, high) = ratios.fold((f64::MAX, 0.0f64), |(low, high), ratio| (low.min(ratio), high.max(ratio)));
             assert!(high / low < 1.0 + 1e-3 && light.len() >= 4, "{name}, {place}: {low} {high} of {}", light.len());

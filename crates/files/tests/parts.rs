@@ -71,8 +71,7 @@ phase = { kind = "draine", g = 0.5, alpha = 0.5 }
 
 [detail]
 seed = 1
-deviation = 0.3
-slope = 3.5
+strength = 0.04
 
 [[star]]
 kind = "blackbody"

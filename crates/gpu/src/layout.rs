@@ -85,7 +85,7 @@ impl ShaderLayout {
         weights.emitted.iter().for_each(|e| tables.list.0.push([e.total, 0.0, 0.0, 0.0]));
         tables.weights(plan, &weights, &largest, shape.room);
         tables.cloud(plan);
-        tables.detail(plan, &quads, &volumes, on_the_fly);
+        tables.detail(plan);
         tables.places(plan, &quads, &volumes);
         let mut bricks = Tables::distances(plan);
         let distances = bricks.len();

@@ -103,7 +103,6 @@ mod tests {
             star_march: false,
             cloud: false,
             detail: 0,
-            detailed: vec![false],
             middles: false,
             paged: vec![false],
             constants: 1000,
@@ -125,14 +124,7 @@ mod tests {
                 ..plain.clone()
             },
             ShaderShape { cloud: true, ..plain.clone() },
-            ShaderShape {
-                detail: 4,
-                detailed: vec![true, false, true],
-                quads: 3,
-                emitter_slots: vec![9],
-                fronted: vec![false],
-                ..plain.clone()
-            },
+            ShaderShape { detail: 4, quads: 3, emitter_slots: vec![9], fronted: vec![false], ..plain.clone() },
             ShaderShape { quads: 3, paged: vec![true, false, true], ..plain.clone() },
             ShaderShape {
                 middles: true,
@@ -380,14 +372,13 @@ mod tests {
         ("turns_are_those_of_the_processor", &["met", "square", "meet", "add_area", "absorbing", "cross_voxel", "follow", "sum_up"]),
     ];
     /// Functions that a function which `twins` calls is made of: (part, whole).
-    const PARTS: [(&str, &str); 10] = [
+    const PARTS: [(&str, &str); 9] = [
         ("hash", "simplex"),
         ("noise_corner", "simplex"),
         ("mean_coordinates", "accumulate"),
         ("mean_left", "accumulate"),
         ("detail_hash", "detail_noise"),
         ("detail_corner", "detail_noise"),
-        ("detail_mean", "add_detail"),
         ("image_place", "camera_ray"),
         ("panorama_direction", "camera_ray"),
         ("eye_offset", "camera_ray"),

@@ -1,9 +1,8 @@
 //! The constants of a shader, printed: what a shape comes to, where tables start, and the limits of the processor's march.
 
 use barnard::backend::cpu::EVEN_FRONT;
-use barnard::backend::cpu::detail::{DETAIL_ALIKE, DETAIL_PLACES};
 use barnard::camera::panorama;
-use barnard::detail::{CUMULANTS, NORM};
+use barnard::detail::NORM;
 use barnard::packet::{EULER, EXP_INTEGRAL_LEVELS, EXP_INTEGRAL_TERMS, SERIES_LIMIT};
 use barnard::plan::many_lights::near_field_kernel::PROFILE;
 use barnard::plan::near::{
@@ -60,13 +59,12 @@ pub fn limits(shape: &ShaderShape) -> Limits {
             ("STAR_SLOTS", shape.star_slots.clone()),
             ("EMITTER_SLOTS", shape.emitter_slots.clone()),
             ("FRONTED", shape.fronted.iter().map(|is| usize::from(*is)).collect()),
-            ("DETAILED", (0..shape.quads).map(|q| usize::from(shape.detailed.get(q) == Some(&true))).collect()),
         ],
     }
 }
 
 /// Whole numbers of the march.
-fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize); 42] {
+fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize); 40] {
     let lights = shape.lights() - 1;
     let kind = |kind: PhaseKind| kind as usize;
     let sight = |sight: Sight| sight as usize;
@@ -100,9 +98,7 @@ fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize
         ("MANY_LIGHTS_WEIGHTS", many_lights::STAR),
         ("PROFILE", PROFILE),
         ("PAGE", PAGE),
-        ("DETAIL_OCTAVE", 4 + shape.quads),
-        ("DETAIL_ROOM", shape.detail.max(1)),
-        ("DETAIL_PLACES", DETAIL_PLACES),
+        ("DETAIL_OCTAVE", 6),
         ("NEAR_FIELD_PIECES", NEAR_FIELD_PIECES),
         ("MAX_ELEMENTS", MAX_SIZE),
         ("MAX_EXP_INTEGRALS", MAX_DEGREE + 3),
@@ -117,7 +113,7 @@ fn integers(shape: &ShaderShape, workgroup: (u32, u32)) -> [(&'static str, usize
 }
 
 /// Real numbers of the march.
-fn reals() -> [(&'static str, f64); 28] {
+fn reals() -> [(&'static str, f64); 25] {
     [
         ("EVEN_FRONT", f64::from(EVEN_FRONT)),
         ("PHASE_RANGE", PHASE_RANGE),
@@ -133,10 +129,7 @@ fn reals() -> [(&'static str, f64); 28] {
         ("OPAQUE", OPAQUE),
         ("SERIES_LIMIT", f64::from(SERIES_LIMIT)),
         ("GENTLE", GENTLE),
-        ("DETAIL_ALIKE", f64::from(DETAIL_ALIKE)),
         ("DETAIL_NORM", NORM),
-        ("DETAIL_FOURTH", f64::from(CUMULANTS.0)),
-        ("DETAIL_SIXTH", f64::from(CUMULANTS.1)),
         ("EULER", f64::from(EULER)),
         ("LOG_THIN", f64::from(DepthTable::THIN)),
         ("LOG_EVEN", f64::from(DepthTable::EVEN)),

@@ -11,7 +11,7 @@ use spectra::basis::MAX_SIZE;
 use crate::error::{GpuError, Result};
 use crate::forms::{FormEntry, Heads, form};
 use crate::many_lights;
-use crate::tables::{Quad, densities, room, slot_of};
+use crate::tables::{Quad, room, slot_of};
 use crate::written_out::{MOST_ENTRIES, MOST_TURNS};
 
 /// Most sums of lights at shared nodes that stay in registers, of which a ray has about 250.
@@ -103,10 +103,8 @@ pub struct ShaderShape {
     pub star_march: bool,
     /// True if dust is noise that is evaluated at every sample.
     pub cloud: bool,
-    /// Octaves of noise below the voxels.
+    /// Octaves of displacement below the voxels.
     pub detail: usize,
-    /// Which of the quads that noise changes.
-    pub detailed: Vec<bool>,
     /// True if segments have a sample in their middle.
     pub middles: bool,
     /// Which of the quads are atlases of pages.
@@ -155,10 +153,6 @@ impl ShaderShape {
             star_march: plan.star_march().is_some(),
             cloud: on_the_fly,
             detail: plan.detail().map_or(0, |detail| detail.octaves.len()),
-            detailed: quads
-                .iter()
-                .map(|quad| plan.detail().is_some() && densities(plan, quad, volumes).iter().any(Option::is_some))
-                .collect(),
             middles: plan.stepping().has_middles(),
             paged: quads.iter().map(|quad| !volumes[quad.volume].pages().is_whole()).collect(),
             constants: 0,

@@ -60,21 +60,6 @@ impl Offsets {
     }
 }
 
-/// Which of a plan's densities the channels of a quad are.
-pub fn densities(plan: &Plan, quad: &Quad, volumes: &[&Volume]) -> [Option<usize>; 4] {
-    let gas = usize::from(plan.space().dust.is_some());
-    let channels = volumes[quad.volume].channels.iter().skip(quad.first).take(4);
-    let mut found = [None; 4];
-    for (found, channel) in found.iter_mut().zip(channels) {
-        *found = match channel {
-            Channel::Dust => Some(0),
-            Channel::Emission(species) => Some(gas + species),
-            _ => None,
-        };
-    }
-    found
-}
-
 /// The table that a shader reads, while it is made section by section.
 pub struct Tables {
     pub list: QuadList,
@@ -125,9 +110,9 @@ impl Tables {
         self.list.0.push([cloud.offset, f64::from(u8::from(cloud.ridged)), cloud.warp, *sigma].map(|v| v as f32));
     }
 
-    /// The noise that densities have below their voxels: how wide pixels are, then for each octave the rows that turn a place into
-    /// one of its noise, its length and seed, and its deviations channel by channel.
-    pub fn detail(&mut self, plan: &Plan, quads: &[Quad], volumes: &[&Volume], on_the_fly: bool) {
+    /// Displacement below the voxels: how wide pixels are, then for each octave the rows that turn a place into one of its noise, its
+    /// length and seed, and its displacements by both components.
+    pub fn detail(&mut self, plan: &Plan) {
         self.begin("DETAIL");
         let footprint = plan.camera().footprint();
         self.list.0.push([footprint.per_pc as f32, footprint.least_pc as f32, 0.0, 0.0]);
@@ -135,12 +120,7 @@ impl Tables {
             let shift = octave.turn * self.middle + octave.shift;
             self.list.0.extend((0..3).map(|axis| four(octave.turn.row(axis), shift[axis] as f32)));
             self.list.0.push([octave.wavelength_pc as f32, octave.seed as f32, 0.0, 0.0]);
-            // Dust that is evaluated as it is has nothing below its voxels.
-            let is_known = |density: &usize| on_the_fly && *density == 0;
-            let density_slot = |density: Option<usize>| {
-                density.filter(|density| !is_known(density)).map_or(0.0, |density| octave.deviations[density] as f32)
-            };
-            self.list.0.extend(quads.iter().map(|quad| densities(plan, quad, volumes).map(density_slot)));
+            self.list.0.extend(octave.displacements.map(|displacement| four(displacement, 0.0)));
         }
     }
 
@@ -181,7 +161,11 @@ impl Tables {
 
     /// The number of brick edges around each brick that stay empty of dust and gas.
     pub fn distances(plan: &Plan) -> Vec<u32> {
-        let clear = |bricks: &Bricks| (0..bricks.lattice.cells()).map(|i| bricks.clear(bricks.lattice.place(i)) as u32).collect::<Vec<_>>();
+        let clear = |bricks: &Bricks| {
+            let margin = plan.displaced_bricks(bricks);
+            let of_brick = |i: usize| bricks.clear(bricks.lattice.place(i)).saturating_sub(margin) as u32;
+            (0..bricks.lattice.cells()).map(of_brick).collect::<Vec<_>>()
+        };
         let mut distances: Vec<u32> = plan.space().bricks.iter().flat_map(clear).collect();
         distances.resize(distances.len().max(1), 0);
         distances

@@ -1,14 +1,16 @@
 //! Detail below voxels as a scene's camera sees it, for back ends that read the scene itself.
 
+use glam::DVec3;
+
 use crate::camera::Footprint;
 use crate::control::Control;
 use crate::detail::FineDetail;
 use crate::error::Result;
-use crate::geometry::Ray;
+use crate::geometry::{Bounds, Ray};
 use crate::plan::{Options, sampled_densities};
 use crate::scene::Scene;
 
-/// The noise of a scene as its camera sees it.
+/// The displacement of a scene as its camera sees it.
 #[derive(Debug, Clone)]
 pub struct SeenDetail {
     noise: FineDetail,
@@ -16,7 +18,7 @@ pub struct SeenDetail {
 }
 
 impl SeenDetail {
-    /// The noise that continues the densities of a scene, functions as plans sample them; none where it asks for none.
+    /// The displacement of a scene, whose functions have the voxels of plans; none where it asks for none.
     ///
     /// # Errors
     /// If densities cannot be sampled, and on interruption by the user.
@@ -26,18 +28,16 @@ impl SeenDetail {
         Ok(Some(Self { noise: FineDetail::new(detail, grids.iter()), footprint: scene.camera.footprint() }))
     }
 
-    /// The factor of a density at a distance along a ray from the camera \[pc\].
-    pub fn factor(&self, density: usize, ray: &Ray, t: f64) -> f64 {
-        self.noise.factor(density, ray.at(t), self.footprint.at(t))
+    /// The place that is read at a distance along a ray from the camera \[pc\]; a density goes on beyond its bounds as it is there.
+    pub fn place(&self, ray: &Ray, t: f64, bounds: &Bounds) -> DVec3 {
+        let place = ray.at(t);
+        let displaced = place + self.noise.displacement(place, self.footprint.at(t));
+        let inset = 1e-9 * bounds.size();
+        if bounds.contains(place) { displaced.clamp(bounds.low + inset, bounds.high - inset) } else { place }
     }
 
-    /// Factor of a density that is rarely exceeded.
-    pub fn usual_most(&self, density: usize) -> f64 {
-        self.noise.usual_most(density)
-    }
-
-    /// The length of the shortest waves of a density that are seen from a distance \[pc\]; none where none are.
-    pub fn finest_pc(&self, density: usize, distance_pc: f64) -> Option<f64> {
-        self.noise.finest_pc(density, self.footprint.at(distance_pc))
+    /// The length of the shortest waves that are seen from a distance \[pc\]; none where none are.
+    pub fn finest_pc(&self, distance_pc: f64) -> Option<f64> {
+        self.noise.finest_pc(self.footprint.at(distance_pc))
     }
 }

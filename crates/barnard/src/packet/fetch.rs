@@ -14,7 +14,7 @@ use crate::volume::{Values, Volume, stored};
 use super::lane::{LANES, Lane, fma, lanes};
 use super::quads::{four, lerp};
 use super::shared_cells;
-use super::track::{CellWindow, Track};
+use super::track::{CellWindow, PacketPlaces, Track};
 
 /// A volume along a packet's rays.
 pub struct Cursor<'a> {
@@ -60,44 +60,44 @@ impl<'a> Cursor<'a> {
         self.volume.channels.len()
     }
 
-    /// Reads all channels at distance `t` of each ray into `out`.
-    pub fn read(&self, t: &Lane, out: &mut [Lane]) {
+    /// Reads all channels at places of each ray into `out`.
+    pub fn read(&self, places: PacketPlaces, out: &mut [Lane]) {
         match &self.volume.values {
-            Values::Single(data) => read_singles(self, data, t, out),
-            Values::Half(data) => read_halves(self, data, t, out),
+            Values::Single(data) => read_singles(self, data, places, out),
+            Values::Half(data) => read_halves(self, data, places, out),
         }
     }
 
     /// Reads all channels of `data`, the volume's values, in parts of their units.
     #[inline(always)]
-    fn read_stored<S: Stored>(&self, data: &[S], t: &Lane, out: &mut [Lane]) {
+    fn read_stored<S: Stored>(&self, data: &[S], places: PacketPlaces, out: &mut [Lane]) {
         match self.volume.channels.len() {
-            1 => self.read_one(data, t, &mut out[0]),
-            2 => self.read_channels::<S, 2, 4>(data, t, out),
-            3 => self.read_channels::<S, 3, 6>(data, t, out),
-            4 => self.read_quads::<S, 4>(data, t, out),
-            5 => self.read_many::<S, 5>(data, t, out),
-            6 => self.read_many::<S, 6>(data, t, out),
-            7 => self.read_many::<S, 7>(data, t, out),
-            _ => self.read_many::<S, 8>(data, t, out),
+            1 => self.read_one(data, places, &mut out[0]),
+            2 => self.read_channels::<S, 2, 4>(data, places, out),
+            3 => self.read_channels::<S, 3, 6>(data, places, out),
+            4 => self.read_quads::<S, 4>(data, places, out),
+            5 => self.read_many::<S, 5>(data, places, out),
+            6 => self.read_many::<S, 6>(data, places, out),
+            7 => self.read_many::<S, 7>(data, places, out),
+            _ => self.read_many::<S, 8>(data, places, out),
         }
     }
 
     /// Reads five channels or more.
     #[inline(always)]
-    fn read_many<S: Stored, const CHANNELS: usize>(&self, data: &[S], t: &Lane, out: &mut [Lane]) {
+    fn read_many<S: Stored, const CHANNELS: usize>(&self, data: &[S], places: PacketPlaces, out: &mut [Lane]) {
         match out.first_chunk_mut::<CHANNELS>() {
-            Some(out) if self.shares_cells => shared_cells::read(data, self.volume, &self.track, t, out),
-            _ => self.read_quads::<S, CHANNELS>(data, t, out),
+            Some(out) if self.shares_cells => shared_cells::read(data, self.volume, &self.track, places, out),
+            _ => self.read_quads::<S, CHANNELS>(data, places, out),
         }
     }
 
     /// Reads four channels or more: each quad of them is lerped in all axes, then four lanes change places with four
     /// channels. Quads may overlap.
     #[inline(always)]
-    fn read_quads<S: Stored, const CHANNELS: usize>(&self, data: &[S], t: &Lane, out: &mut [Lane]) {
+    fn read_quads<S: Stored, const CHANNELS: usize>(&self, data: &[S], places: PacketPlaces, out: &mut [Lane]) {
         let out = &mut out[..CHANNELS];
-        let cells = self.cells(t);
+        let cells = self.cells(places);
         let [dx, dy, dz] = cells.strides;
         let quads = || (0..CHANNELS).step_by(4).map(|i| i.min(CHANNELS - 4));
         for lane in (0..LANES).step_by(4) {
@@ -122,9 +122,9 @@ impl<'a> Cursor<'a> {
 
     /// Reads the channels of each cell row by row; `ROW` is twice their number, at least four; quads of a row may overlap.
     #[inline(always)]
-    fn read_channels<S: Stored, const CHANNELS: usize, const ROW: usize>(&self, data: &[S], t: &Lane, out: &mut [Lane]) {
+    fn read_channels<S: Stored, const CHANNELS: usize, const ROW: usize>(&self, data: &[S], places: PacketPlaces, out: &mut [Lane]) {
         let out = &mut out[..CHANNELS];
-        let cells = self.cells(t);
+        let cells = self.cells(places);
         let [_, dy, dz] = cells.strides;
         let mut rows = [[0.0f32; ROW]; LANES];
         for (lane, row) in rows.iter_mut().enumerate() {
@@ -147,8 +147,8 @@ impl<'a> Cursor<'a> {
 
     /// A single channel: its rows are pairs, so those of both y are lerped in z together.
     #[inline(always)]
-    fn read_one<S: Stored>(&self, data: &[S], t: &Lane, out: &mut Lane) {
-        let cells = self.cells(t);
+    fn read_one<S: Stored>(&self, data: &[S], places: PacketPlaces, out: &mut Lane) {
+        let cells = self.cells(places);
         let [_, dy, dz] = cells.strides;
         let mut faces = [[0.0f32; 4]; LANES];
         for (lane, face) in faces.iter_mut().enumerate() {
@@ -164,10 +164,10 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The cells that hold the rays' places at distance `t`.
+    /// The cells that hold the rays' places.
     #[inline(always)]
-    fn cells(&self, t: &Lane) -> PacketCells {
-        let [(ix, fx), (iy, fy), (iz, fz)] = self.track.cells(self.volume.lattice.dims.map(|n| n - 1), t);
+    fn cells(&self, places: PacketPlaces) -> PacketCells {
+        let [(ix, fx), (iy, fy), (iz, fz)] = self.track.cells(self.volume.lattice.dims.map(|n| n - 1), places);
         let channels = self.volume.channels.len();
         let strides = self.volume.pages.strides().map(|n| n * channels);
         let mut first = self.volume.pages.first_voxels([&ix, &iy, &iz]);
@@ -180,15 +180,15 @@ impl<'a> Cursor<'a> {
 
 simd! {
     /// Reads all channels of singles.
-    fn read_singles(cursor: &Cursor, data: &[f32], t: &Lane, out: &mut [Lane]) {
-        cursor.read_stored(data, t, out);
+    fn read_singles(cursor: &Cursor, data: &[f32], places: PacketPlaces, out: &mut [Lane]) {
+        cursor.read_stored(data, places, out);
     }
 }
 
 simd! {
     /// Reads all channels of halves.
-    fn read_halves(cursor: &Cursor, data: &[Half], t: &Lane, out: &mut [Lane]) {
-        cursor.read_stored(data, t, out);
+    fn read_halves(cursor: &Cursor, data: &[Half], places: PacketPlaces, out: &mut [Lane]) {
+        cursor.read_stored(data, places, out);
         for (values, unit) in out.iter_mut().zip(&cursor.volume.units) {
             for lane in 0..LANES {
                 values[lane] *= unit;
@@ -247,7 +247,7 @@ mod tests {
             for step in 0..50 {
                 let t = [0.05 * step as f32; LANES];
                 let mut out = [[0.0; LANES]; 8];
-                cursor.read(&t, &mut out);
+                cursor.read(PacketPlaces::on_rays(&t), &mut out);
                 for (lane, ray) in rays.iter().enumerate() {
                     for c in 0..count {
                         let truth = volume.at(c, ray.at(0.3 + f64::from(t[lane])));
@@ -283,7 +283,7 @@ mod tests {
             for cursor in [cursor(), Cursor { shares_cells: count > 4, ..cursor() }] {
                 for t in [0.0, 1.0, 2.0, 3.5, 1e6, -1e6, f32::INFINITY, f32::NAN] {
                     let mut out = [[0.0; LANES]; 8];
-                    cursor.read(&[t; LANES], &mut out);
+                    cursor.read(PacketPlaces::on_rays(&[t; LANES]), &mut out);
                     if t.is_finite() {
                         assert!(out[..count].iter().flatten().all(|v| (-6.0..=8.0).contains(v)), "{t}");
                     }

@@ -13,4 +13,4 @@ pub use fetch::Cursor;
 pub(crate) use lane::lanes;
 pub use lane::{LANES, Lane, RowPlace, SERIES_LIMIT, exp, fma, largest, ln, mean_transmittance, place, sinhc};
 pub use quads::{four, lerp};
-pub use track::Track;
+pub use track::{PacketPlaces, Track};

@@ -4,7 +4,7 @@
 //! w of lanes that are elsewhere are zero.
 
 use super::lane::{LANES, Lane, fma, lanes};
-use super::track::Track;
+use super::track::{PacketPlaces, Track};
 use crate::stored::Stored;
 use crate::volume::Volume;
 
@@ -19,10 +19,16 @@ pub(super) fn are_worthwhile(volume: &Volume, track: &Track, t: &Lane) -> bool {
     volume.channels.len() > 4 && volume.pages.voxels() < DONE as usize && track.extent(t) <= FARTHEST
 }
 
-/// Reads all channels of `data`, a volume's values, at distance `t` of each ray.
+/// Reads all channels of `data`, a volume's values, at places of each ray.
 #[inline(always)]
-pub(super) fn read<S: Stored, const CHANNELS: usize>(data: &[S], volume: &Volume, track: &Track, t: &Lane, out: &mut [Lane; CHANNELS]) {
-    let [(x, fx), (y, fy), (z, fz)] = track.cells(volume.lattice.dims.map(|n| n - 1), t);
+pub(super) fn read<S: Stored, const CHANNELS: usize>(
+    data: &[S],
+    volume: &Volume,
+    track: &Track,
+    places: PacketPlaces,
+    out: &mut [Lane; CHANNELS],
+) {
+    let [(x, fx), (y, fy), (z, fz)] = track.cells(volume.lattice.dims.map(|n| n - 1), places);
     let first = volume.pages.first_voxels([&x, &y, &z]);
     let mut number = [0; LANES];
     for lane in 0..LANES {

@@ -6,10 +6,28 @@ use super::lane::{self, LANES, Lane, fma};
 use crate::field::Lattice;
 use crate::geometry::Ray;
 
+/// PacketPlaces of a packet: the distance along each ray, and displacements from there, if any \[pc\].
+#[derive(Clone, Copy)]
+pub struct PacketPlaces<'a> {
+    /// Distance along each ray.
+    pub t: &'a Lane,
+    /// Displacements along each axis.
+    pub displaced: Option<&'a [Lane; 3]>,
+}
+
+impl<'a> PacketPlaces<'a> {
+    /// PacketPlaces on the rays.
+    pub fn on_rays(t: &'a Lane) -> Self {
+        Self { t, displaced: None }
+    }
+}
+
 /// u = origin + slope · t in cells of a lattice, axis × lane.
 pub struct Track {
     origin: [Lane; 3],
     slope: [Lane; 3],
+    /// Cells per parsec.
+    per_pc: [f32; 3],
     part: Option<CellWindow>,
 }
 
@@ -27,8 +45,9 @@ impl Track {
     /// The track of `rays` through a lattice; distances are counted from `start` of each, cells from the lattice's
     /// corner plus `shift` of them.
     pub fn new(lattice: &Lattice, shift: DVec3, rays: &[Ray; LANES], start: &[f64; LANES]) -> Self {
-        let mut track = Self { origin: [[0.0; LANES]; 3], slope: [[0.0; LANES]; 3], part: None };
         let per_pc = lattice.voxel_pc().recip();
+        let cells_per_pc = per_pc.to_array().map(|number| number as f32);
+        let mut track = Self { origin: [[0.0; LANES]; 3], slope: [[0.0; LANES]; 3], per_pc: cells_per_pc, part: None };
         for (lane, ray) in rays.iter().enumerate() {
             let u = (ray.at(start[lane]) - lattice.bounds.low) * per_pc - shift;
             let s = ray.direction * per_pc;
@@ -45,13 +64,13 @@ impl Track {
         Self { part, ..self }
     }
 
-    /// Cell and place within it at distance `t` along each axis of `counts` cells, clamped to the borders.
+    /// Cell and place within it along each axis of `counts` cells, clamped to the borders.
     #[inline(always)]
-    pub fn cells(&self, counts: [usize; 3], t: &Lane) -> [([u32; LANES], Lane); 3] {
+    pub fn cells(&self, counts: [usize; 3], places: PacketPlaces) -> [([u32; LANES], Lane); 3] {
         let Some(part) = &self.part else {
-            return [self.axis(0, counts[0], t), self.axis(1, counts[1], t), self.axis(2, counts[2], t)];
+            return [0, 1, 2].map(|axis| self.axis(axis, counts[axis], places));
         };
-        let mut cells = [self.axis(0, part.whole[0], t), self.axis(1, part.whole[1], t), self.axis(2, part.whole[2], t)];
+        let mut cells = [0, 1, 2].map(|axis| self.axis(axis, part.whole[axis], places));
         for (axis, (cell, _)) in cells.iter_mut().enumerate() {
             for lane in 0..LANES {
                 cell[lane] = cell[lane].saturating_sub(part.first[axis] as u32).min(counts[axis] as u32 - 1);
@@ -78,10 +97,18 @@ impl Track {
     }
 
     #[inline(always)]
-    fn axis(&self, axis: usize, count: usize, t: &Lane) -> ([u32; LANES], Lane) {
+    fn axis(&self, axis: usize, count: usize, places: PacketPlaces) -> ([u32; LANES], Lane) {
         let (mut cell, mut fraction) = ([0; LANES], [0.0; LANES]);
+        let mut along = [0.0; LANES];
         for lane in 0..LANES {
-            let u = fma(self.slope[axis][lane], t[lane], self.origin[axis][lane]);
+            along[lane] = fma(self.slope[axis][lane], places.t[lane], self.origin[axis][lane]);
+        }
+        if let Some(displaced) = places.displaced {
+            for lane in 0..LANES {
+                along[lane] = fma(self.per_pc[axis], displaced[axis][lane], along[lane]);
+            }
+        }
+        for (lane, u) in along.into_iter().enumerate() {
             let place = lane::place(u, count);
             (cell[lane], fraction[lane]) = (place.cell, place.fraction);
         }

@@ -6,7 +6,6 @@
 
 use super::spectral::RuleTarget;
 use super::{Fineness, Plan, Stepping};
-use crate::detail::Roughness;
 use crate::image::{ScatteringError, SpatialError};
 
 /// Choices of the pilot rays.
@@ -26,9 +25,6 @@ pub struct Choices {
     pub scattered_fineness: Option<Fineness>,
     /// The errors of light that was scattered before, and of that of the gathered stars, where they were measured: the worst.
     pub scattered: (Option<ScatteringError>, Option<f64>),
-    /// Roughness by which `[detail]` continues each density, the largest of all pilots; empty without `[detail]`. Measured per frame,
-    /// it makes the noise flicker while gas moves.
-    pub roughness: Vec<Roughness>,
 }
 
 /// The larger of two numbers, where there are any.
@@ -54,7 +50,6 @@ impl Choices {
                 .scattered_field
                 .as_ref()
                 .map_or((None, None), |field| (field.report.error_estimate, field.report.far_field.and_then(|far| far.error))),
-            roughness: plan.detail.as_ref().map_or_else(Vec::new, |detail| detail.roughness.clone()),
         }
     }
 
@@ -84,51 +79,6 @@ impl Choices {
                 let estimate = both.map(|(spatial, angular)| ScatteringError { spatial, angular });
                 (estimate, larger(self.scattered.1, other.scattered.1))
             },
-            roughness: {
-                let rougher = |(a, b): (&Roughness, &Roughness)| if b.deviation > a.deviation { *b } else { *a };
-                let is_same = self.roughness.len() == other.roughness.len();
-                if is_same { self.roughness.iter().zip(&other.roughness).map(rougher).collect() } else { self.roughness.clone() }
-            },
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use glam::DVec3;
-
-    use super::*;
-    use crate::control::Control;
-    use crate::detail::Detail;
-    use crate::field::{Field, Grid};
-    use crate::fixtures::{dust, on_axis, scene, star};
-    use crate::geometry::Bounds;
-    use crate::plan::{Options, Planner, Quality};
-    use crate::random::Counter;
-
-    /// Frames of a film whose density changes are continued below their voxels by one roughness; planned one by one each has its own.
-    #[test]
-    fn noise_of_films_is_held() {
-        let frame = |power: f64| {
-            let mut random = Counter::nested(1, 2, 3);
-            let bounds = Bounds { low: DVec3::splat(-1.0), high: DVec3::splat(1.0) };
-            let values: Vec<f32> = (0..4096).map(|_| random.uniform().powf(power) as f32 + 0.1).collect();
-            let grid: Arc<dyn Field> = Arc::new(Grid::new([16; 3], bounds, values).unwrap());
-            let mut spec =
-                scene(on_axis(4.0, 30.0, (4, 4)), 20).with_dust(dust(grid, "ccm89", 0.5)).with_star(star(9000.0, 1.0, DVec3::ZERO));
-            (spec.detail, spec.method.accuracy) = (Some(Detail::default()), 0.1);
-            spec.build().unwrap()
-        };
-        let (options, control) = (Options::default(), Control::default());
-        let planned = |quality, power| Planner::new(&options).with_quality(quality).plan(frame(power), None, &control).unwrap();
-        let roughness = |quality, power| planned(quality, power).detail.as_ref().unwrap().roughness.clone();
-        let choices = Choices::of(&planned(Quality::Full, 1.0));
-        let measured = roughness(Quality::Full, 2.0);
-        let shared = roughness(Quality::Chosen(Box::new(choices.clone())), 2.0);
-        assert!(shared == choices.roughness && measured != shared && measured.len() == 1, "{measured:?} {shared:?}");
-        let rougher = choices.and(&Choices { roughness: measured.clone(), ..choices.clone() });
-        assert_eq!(rougher.roughness[0].deviation, measured[0].deviation.max(shared[0].deviation));
     }
 }

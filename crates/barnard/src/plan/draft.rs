@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Options, SpatialPlan, SpectralPlan};
-use crate::detail::{FineDetail, Roughness};
+use crate::detail::FineDetail;
 use crate::light::Light;
 use crate::scene::Scene;
 
@@ -18,12 +18,12 @@ pub(crate) struct Draft<'a> {
     pub space: Arc<SpatialPlan>,
     /// Spectral part of the plan.
     pub spectral: Arc<SpectralPlan>,
-    /// Density detail below the voxel size, at native resolution.
+    /// Detail below the voxel size.
     pub detail: Option<Arc<FineDetail>>,
 }
 
-/// Density detail of a scene below the voxel size of a space that is sampled at their own resolution.
-pub(crate) fn detail(scene: &Scene, space: &SpatialPlan, known: &[Roughness]) -> Option<Arc<FineDetail>> {
+/// Detail of a scene below the voxels of a space.
+pub(crate) fn detail(scene: &Scene, space: &SpatialPlan) -> Option<Arc<FineDetail>> {
     let grids = space.dust.iter().map(|dust| &**dust).chain(space.gas());
-    scene.detail.as_ref().map(|detail| Arc::new(FineDetail::by(detail, grids, known)))
+    scene.detail.as_ref().map(|detail| Arc::new(FineDetail::new(detail, grids)))
 }

@@ -46,7 +46,7 @@ use crate::error::Result;
 pub use crate::image::Stepping;
 use crate::light::Light;
 use crate::points::Sources;
-use crate::volume::Volume;
+use crate::volume::{Bricks, Volume};
 
 /// Precomputed data of a scene for the fast back ends; copies share all large parts.
 #[derive(Debug, Clone)]
@@ -69,7 +69,7 @@ pub struct Plan {
     /// The field of light that is marched as one: light that was scattered before it scatters towards the eye, where more
     /// than one scattering is asked for, and that of the gathered stars from afar.
     pub(crate) scattered_field: Option<Arc<MultipleScattering>>,
-    /// Density detail below the voxel size, as seen by the eyes.
+    /// Detail below the voxel size, as seen by the eyes.
     pub(crate) detail: Option<Arc<FineDetail>>,
     /// Times that light of stars may scatter.
     pub(crate) bounces: usize,
@@ -156,10 +156,15 @@ impl Plan {
         self.detail.as_ref()
     }
 
-    /// The largest values of the grids, the dust first, with what detail may add to them.
+    /// Number of bricks from which detail may displace densities into an empty one.
+    pub fn displaced_bricks(&self, bricks: &Bricks) -> usize {
+        let edge = bricks.lattice.voxel_pc().min_element();
+        self.detail.as_ref().map_or(0, |detail| (detail.reach_pc() / edge).ceil() as usize)
+    }
+
+    /// The largest values of the grids, the dust first.
     pub fn largest_densities(&self) -> Vec<f32> {
-        let most = |density: usize| self.detail.as_ref().map_or(1.0, |detail| detail.most(density)) as f32;
-        self.space.bricks.iter().enumerate().map(|(density, bricks)| most(density) * bricks.largest()).collect()
+        self.space.bricks.iter().map(Bricks::largest).collect()
     }
 
     /// Times that light of stars may scatter.

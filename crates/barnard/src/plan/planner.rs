@@ -104,7 +104,7 @@ impl<'a> Planner<'a> {
         space.check_stars(scene)?;
         let spectral = pilots::spectral(scene, &lights, &space, control)?;
         spectral.check_strength(&lights)?;
-        let detail = detail(scene, &space, &[]);
+        let detail = detail(scene, &space);
         let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
         let mut draft = Draft { scene, options, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;
@@ -141,7 +141,7 @@ impl<'a> Planner<'a> {
         };
         let lights = lights(scene)?;
         let spectral = SpectralPlan::new(scene, &lights, &space, control)?;
-        let detail = detail(scene, &space, &[]);
+        let detail = detail(scene, &space);
         let draft = Draft { scene, options, lights: Arc::new(lights), space, spectral: Arc::new(spectral), detail };
         let known = before.and_then(|plan| plan.scattered_field.as_deref());
         let scattered_field = MultipleScattering::new(&draft, Effort::Preview, known, control)?;
@@ -155,7 +155,7 @@ impl<'a> Planner<'a> {
         let space = SpatialPlan::new(scene, options, control)?;
         space.check_stars(scene)?;
         let spectral = SpectralPlan::new(scene, &lights, &space, control)?;
-        let detail = detail(scene, &space, &[]);
+        let detail = detail(scene, &space);
         let (lights, space, spectral) = (Arc::new(lights), Arc::new(space), Arc::new(spectral));
         let draft = Draft { scene, options, lights, space, spectral, detail };
         let light_field = draft.light_field(control)?;
@@ -172,9 +172,7 @@ impl<'a> Planner<'a> {
         let reused = known.map(|plan| plan.space.updated(scene, options, control)).transpose()?.flatten();
         let reused_detail = before.filter(|_| reused.is_some()).and_then(|plan| plan.detail.clone());
         let mut space = reused.map_or_else(|| SpatialPlan::new(scene, options, control).map(Arc::new), Ok)?;
-        let detail = reused_detail
-            .filter(|reused| Some(&reused.settings) == scene.detail.as_ref())
-            .or_else(|| detail(scene, &space, &choices.roughness));
+        let detail = reused_detail.filter(|reused| Some(&reused.settings) == scene.detail.as_ref()).or_else(|| detail(scene, &space));
         if let Some(edge) = choices.sampled_edge.filter(|edge| space.sampled_edge().is_some_and(|coarser| coarser < *edge))
             && let Some(finer) = space.resampled(scene, edge, options, control)?
         {

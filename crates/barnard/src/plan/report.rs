@@ -76,10 +76,7 @@ impl Plan {
     /// The report of an image with these measurements, made by a back end.
     pub fn report(&self, backend: &str, stats: &RenderStats) -> Report {
         let detail = self.detail.as_ref().filter(|detail| !detail.octaves.is_empty());
-        let detail = detail.map(|detail| DetailReport {
-            octaves: detail.octaves.len(),
-            deviation: detail.roughness.iter().map(|roughness| roughness.deviation).fold(0.0, f64::max),
-        });
+        let detail = detail.map(|detail| DetailReport { octaves: detail.octaves.len(), strength: detail.settings.strength });
         let certificates = self.spectral.bands.par_iter().enumerate().map(|(number, band)| {
             let named = |(light, certificate): (usize, Certificate)| (self.lights[light].name.clone(), certificate);
             let lights = self.certificates(number, stats).into_iter().map(named).collect();

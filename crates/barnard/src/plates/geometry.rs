@@ -61,8 +61,7 @@ impl Geometry {
             geometry.add(format!("density of gas number {}", number + 1), integers(fingerprint(&*species.density)));
         }
         if let Some(detail) = &scene.detail {
-            let unsaid = |value: Option<f64>| value.unwrap_or(-1.0);
-            let numbers = [f64::from(detail.seed), detail.octaves as f64, detail.strength, unsaid(detail.deviation), unsaid(detail.slope)];
+            let numbers = [f64::from(detail.seed), detail.octaves as f64, detail.strength];
             geometry.add("detail", numbers);
         }
         Ok(geometry)

@@ -3,7 +3,6 @@
 use spectra::colour::Palette;
 
 use crate::cache::Record;
-use crate::detail::Roughness;
 use crate::image::{Display, ScatteringError, SpatialError, SpatialNumbers, Stepping, SteppingNumbers};
 use crate::plan::{Choices, Fineness, RuleTarget};
 
@@ -16,13 +15,11 @@ type Steps = (SteppingNumbers, usize, Option<usize>, (f64, f64), Option<SpatialN
 /// Choices and display as a record.
 pub fn record(choices: &Choices, display: &Display) -> Record {
     let mut numbers = Vec::new();
-    let Choices { stepping, star_factor, sampled_edge, rules, spatial, scattered_fineness, scattered: (scattered, far_field), roughness } =
-        choices;
+    let Choices { stepping, star_factor, sampled_edge, rules, spatial, scattered_fineness, scattered: (scattered, far_field) } = choices;
     let spatial = spatial.map(SpatialError::to_numbers);
     (stepping.to_numbers(), *star_factor, *sampled_edge, (rules.accuracy, rules.depth), spatial).put(&mut numbers);
     scattered_fineness.map(|f| (f.cells, (f.directions[0], f.directions[1]), f.degree)).put(&mut numbers);
     (scattered.map(|error| (error.spatial, error.angular)), *far_field).put(&mut numbers);
-    roughness.iter().map(|r| (r.wavelength_pc, r.deviation, r.slope)).collect::<Vec<_>>().put(&mut numbers);
     display.palette.columns.iter().map(|[r, g, b]| (*r, *g, *b)).collect::<Vec<_>>().put(&mut numbers);
     (display.balance, display.black.radiance(), display.white.radiance()).put(&mut numbers);
     Record { numbers, ..Record::default() }
@@ -34,7 +31,6 @@ pub fn settings(record: &Record, stated: &Display) -> Option<(Choices, Display)>
     let (stepping, star_factor, sampled_edge, (accuracy, depth), spatial): Steps = Numbers::take(numbers)?;
     let fineness: Option<(usize, (usize, usize), usize)> = Numbers::take(numbers)?;
     let (scattered, far_field): (Option<(f64, f64)>, Option<f64>) = Numbers::take(numbers)?;
-    let roughness: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
     let columns: Vec<(f64, f64, f64)> = Numbers::take(numbers)?;
     let (balance, black, white): (bool, Option<f64>, Option<f64>) = Numbers::take(numbers)?;
     let choices = Choices {
@@ -48,7 +44,6 @@ pub fn settings(record: &Record, stated: &Display) -> Option<(Choices, Display)>
         },
         scattered_fineness: fineness.map(|(cells, (first, others), degree)| Fineness { cells, directions: [first, others], degree }),
         scattered: (scattered.map(|(spatial, angular)| ScatteringError { spatial, angular }), far_field),
-        roughness: roughness.into_iter().map(|(wavelength_pc, deviation, slope)| Roughness { wavelength_pc, deviation, slope }).collect(),
     };
     let palette = Palette { columns: columns.into_iter().map(|(r, g, b)| [r, g, b]).collect() };
     Some((choices, Display { palette, balance, black: black.into(), white: white.into(), ..stated.clone() }))
@@ -139,7 +134,6 @@ mod tests {
             rays: 128,
             unresolved: Some(UnresolvedStars { error: 0.1, stars: 7 }),
         };
-        let roughness = Roughness { wavelength_pc: 0.1, deviation: 0.2, slope: 11.0 / 3.0 };
         let choices = Choices {
             stepping: Stepping::Fixed(100),
             star_factor: 2,
@@ -148,7 +142,6 @@ mod tests {
             spatial: Some(error),
             scattered_fineness: Some(Fineness::PREVIEW),
             scattered: (Some(ScatteringError { spatial: 0.01, angular: 0.02 }), None),
-            roughness: vec![roughness; 2],
         };
         let stated = Display { black: Level::Radiance(1e-9), ..Display::of(&spectra::passband::set("johnson").unwrap()) };
         let display = Display { white: Level::Radiance(3e-7), ..stated.clone() };

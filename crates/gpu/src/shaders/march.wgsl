@@ -122,18 +122,17 @@ fn is_dark(values: ptr<function, array<vec4f, QUADS>>) -> bool {
     return light <= 0.0;
 }
 
-// All channels at a distance along a ray, for a sample that stands for `stretch` of it; star depths are marched `again` where
-// the method does so.
-fn sampled(ray: Ray, t: f32, stretch: f32, mask: ptr<function, array<f32, QUADS>>, again: bool) -> array<vec4f, QUADS> {
-    let p = ray.origin + t * ray.direction;
+// All channels at a distance along a ray; star depths are marched `again` where the method does so.
+fn sampled(ray: Ray, t: f32, mask: ptr<function, array<f32, QUADS>>, again: bool) -> array<vec4f, QUADS> {
+    var p = ray.origin + t * ray.direction;
+    if HAS_DETAIL {
+        p = displaced(ray, t);
+    }
     var values = read_all(p);
     if INNER > 0u {
         for (var q = 0u; q < QUADS; q++) { // written out
             values[q] *= (*mask)[q];
         }
-    }
-    if HAS_DETAIL {
-        add_detail(&values, ray, t, stretch);
     }
     if STAR_MARCH && again {
         for (var s = 0u; s < SCATTERERS; s++) { // written out
@@ -219,9 +218,7 @@ fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset
             turns += PART_TURNS;
             let step_span = StepSpan(start + (*state).part * length / count, length / count);
             let ahead = select(step_span.length, 0.0, fresh);
-            // A sample stands for the way to those beside it.
-            let stretch = step_span.length * select(1.0, 0.5, HAS_MIDDLES);
-            var after = sampled(ray, step_span.start + ahead, stretch, &mask, !fresh || (*state).part > 0.0);
+            var after = sampled(ray, step_span.start + ahead, &mask, !fresh || (*state).part > 0.0);
             if fresh {
                 before = after;
                 fresh = false;
@@ -232,7 +229,7 @@ fn march_span(state: ptr<function, State>, ray: Ray, near: f32, far: f32, offset
             }
             var middle: array<vec4f, QUADS>;
             if HAS_MIDDLES {
-                middle = sampled(ray, step_span.start + 0.5 * step_span.length, stretch, &mask, false);
+                middle = sampled(ray, step_span.start + 0.5 * step_span.length, &mask, false);
             }
             segment(state, ray, step_span, &before, &middle, &after);
             before = after;

@@ -35,16 +35,21 @@ fn near(state: ptr<function, State>, ray: Ray, scatterer: u32, b: f32, foot: f32
     for (var i = 0.0; i < count; i += 1.0) {
         let t = foot + b * tan(start + (i + 0.5) * width);
         let along = (*state).tau + growth * clamp((t - step_span.start) / step_span.length, 0.0, 1.0);
-        let depth = along + depth_between(star, ray.origin + t * ray.direction);
+        var lit = ray.origin + t * ray.direction;
+        if HAS_DETAIL {
+            lit = displaced(ray, t);
+        }
+        let depth = along + depth_between(star, lit);
         // One depth serves all angles: their light is summed first, where one p(θ) serves all terms.
         var spread = 0.0;
         for (var j = 0u; j < asked; j++) {
             let theta = start + (i + (f32(j) + 0.5) / f32(asked)) * width;
             let place = foot + b * tan(theta);
-            var sigma = read_dust(ray.origin + place * ray.direction);
+            var seen = ray.origin + place * ray.direction;
             if HAS_DETAIL {
-                sigma *= dust_detail(ray, place);
+                seen = displaced(ray, place);
             }
+            let sigma = read_dust(seen);
             let scattering = sigma * width / (b * f32(asked));
             let cosine = -sin(theta);
             let at = phase_entry(cosine, 1.0 - cosine * cosine);

@@ -154,29 +154,24 @@ fn noise() {
     });
 }
 
-/// The noise of detail, and what it makes of dust and gas of a sample.
+/// The noise of detail, and the places that are read.
 #[test]
 #[ignore = "needs a graphics adapter: --include-ignored"]
 fn detail() {
     let gpu = device();
-    let detailed = barnard::detail::Detail { deviation: Some(0.4), ..Default::default() };
+    let detailed = barnard::detail::Detail::default();
     let plan = &plan_of(&scene(24, "").edited(|spec| spec.detail = Some(detailed)).unwrap());
     let noise = plan.detail().unwrap();
-    agree(&gpu, plan, "y[0] = detail_noise(vec3f(x[0], x[1], x[2]), 77u);", &[(-20.0, 20.0); 3], 1e-4, |x| {
-        vec![barnard::detail::double([x[0], x[1], x[2]], 77)]
+    agree(&gpu, plan, "let c = detail_noise(vec3f(x[0], x[1], x[2]), 77u); y[0] = c.x; y[1] = c.y;", &[(-20.0, 20.0); 3], 3e-4, |x| {
+        barnard::detail::double([x[0], x[1], x[2]], 77).to_vec()
     });
     let middle = plan.space().occupied.map(|b| 0.5 * (b.low + b.high)).unwrap();
     let (per_pc, ahead) = (plan.camera().footprint().per_pc, 0.03);
-    // Along a ray on which the observer stands behind; a stretch so short that it is asked once.
+    // Along a ray on which the observer stands behind.
     let body = "var ray: Ray; ray.origin = vec3f(x[0], x[1], x[2]); ray.direction = vec3f(0.6, 0.0, 0.8); ray.first = -x[3];\n\
-                var v = read_all(ray.origin); v[DUST_QUAD][DUST_LANE] = 1.0; add_detail(&v, ray, 0.03, 1e-6); y[0] = log(v[DUST_QUAD][DUST_LANE]);";
+                let d = displaced(ray, 0.03) - ray.origin - 0.03 * ray.direction; y[0] = 100.0 * d.x; y[1] = 100.0 * d.y; y[2] = 100.0 * d.z;";
     agree(&gpu, plan, body, &[(-0.7, 0.7), (-0.7, 0.7), (-0.7, 0.7), (0.3, 1.2)], 2e-3, |x| {
         let place = middle + DVec3::new(x[0], x[1], x[2]) + ahead * DVec3::new(0.6, 0.0, 0.8);
-        vec![noise.factor(0, place, per_pc * (ahead + x[3])).ln()]
-    });
-    let body = "var ray: Ray; ray.origin = vec3f(x[0], x[1], x[2]); ray.direction = vec3f(0.6, 0.0, 0.8); ray.first = -x[3]; y[0] = log(dust_detail(ray, 0.03));";
-    agree(&gpu, plan, body, &[(-0.7, 0.7), (-0.7, 0.7), (-0.7, 0.7), (0.3, 1.2)], 2e-3, |x| {
-        let place = middle + DVec3::new(x[0], x[1], x[2]) + ahead * DVec3::new(0.6, 0.0, 0.8);
-        vec![noise.factor(0, place, per_pc * (ahead + x[3])).ln()]
+        (100.0 * noise.displacement(place, per_pc * (ahead + x[3]))).to_array().to_vec()
     });
 }

@@ -133,7 +133,7 @@ density = "2e6 * core"
 temperature = "8000 K"
 electron_density = "300 cm-3"
 "#;
-    const METHOD: &str = "[method]\nbake = 24\n[detail]\ndeviation = 0.5\nslope = 3.7\n";
+    const METHOD: &str = "[method]\nbake = 24\n[detail]\nstrength = 0.08\n";
     let gpu = device();
     let near = CAMERA.replace("40 deg", "9 deg");
     let flat = CAMERA.replace("perspective", "orthographic").replace("field_of_view = \"40 deg\"", "width = \"0.6 pc\"");

@@ -189,7 +189,7 @@ pub const TABLES: &[TableRow] = &[
         title: "[detail]",
         path: "detail",
         parts: &[Part::Space],
-        text: "Noise that extends the spectrum of dust and gas below their voxels where pixels resolve it, so that voxels stay invisible close to the cloud. It multiplies the densities seen by the camera and keeps their mean; star depths and multiple scattering ignore it ([docs/method.md](method.md)).",
+        text: "Displacement of dust and gas below their voxels where pixels resolve it, so that edges and fronts are rough at all lengths and voxels stay invisible close to the cloud. It moves what the camera sees, without a change of its mean; ionised gas, star depths and multiple scattering ignore it ([docs/method.md](method.md)).",
         keys: detail::KEYS,
         kinds: Vec::new,
         catalogues: &[],

@@ -4,7 +4,7 @@ use glam::DVec3;
 use spectra::simd;
 
 use crate::geometry::Ray;
-use crate::packet::{Cursor, LANES, Lane, lanes};
+use crate::packet::{Cursor, LANES, Lane, PacketPlaces, lanes};
 use crate::plan::star_depths::OPAQUE;
 use crate::volume::{MAX_CHANNELS, Volume};
 
@@ -20,7 +20,7 @@ simd! {
         for step in 0..steps {
             let t = lanes!(|lane| (step as f32 + 0.5) * dt[lane]);
             let mut values = [[0.0; LANES]; MAX_CHANNELS];
-            cursor.read(&t, &mut values);
+            cursor.read(PacketPlaces::on_rays(&t), &mut values);
             for lane in 0..LANES {
                 sum[lane] += values[0][lane] * dt[lane];
             }

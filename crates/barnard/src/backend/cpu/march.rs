@@ -19,7 +19,7 @@ use spectra::simd;
 
 use super::borders::{Borders, moved_out};
 use super::context::Context;
-use super::detail::{DetailNoise, PacketDetail};
+use super::detail::PacketDetail;
 use super::near_field::{NearField, NearStar};
 use super::segment::Segment;
 use super::state::{Moments, PacketState, StarView, StepSpan};
@@ -27,7 +27,7 @@ use super::tables::Tables;
 use super::terms::{NodeTerms, Terms};
 use super::{double_integration, shading};
 use crate::geometry::{Bounds, Ray};
-use crate::packet::{Cursor, LANES, Lane, Track, exp, lanes, largest};
+use crate::packet::{Cursor, LANES, Lane, PacketPlaces, Track, exp, lanes, largest};
 use crate::plan::near;
 use crate::plan::near::PART_DISTANCE;
 use crate::plan::{END_DEPTH, END_EVERY, END_SHARE, Plan};
@@ -42,8 +42,6 @@ pub struct March<'a> {
     dust_alone: Option<Volume>,
     /// Largest σ and largest density of each species.
     brightest: (f32, Vec<f32>),
-    /// Density detail below the voxel size.
-    detail: Option<DetailNoise<'a>>,
     /// The part of space whose segments count, its upper borders left out; all of it where there is none.
     domain: Option<Bounds>,
     /// True if the distances of light are measured.
@@ -64,7 +62,6 @@ impl<'a> March<'a> {
             volume
         });
         Self {
-            detail: DetailNoise::new(plan, context.slots.dust, &context.slots.species),
             context,
             near_field: NearField::new(plan),
             // The volumes of a part end with it, and nothing of theirs counts beyond.
@@ -308,11 +305,9 @@ simd! {
         let mut after = before.clone();
         let mut middle = context.plan.stepping.has_middles().then(|| before.clone());
         let Range { start: mut step, end: steps } = march.counted(state, steps);
-        let mut detail = march.detail.as_ref().map(|detail| detail.along(state));
-        let mut samples = SpanSamples { context, cursors: &cursors, masks: &masks, dt: state.dt, detail: &mut detail };
-        // A sample stands for the way to those beside it.
-        let share = if middle.is_some() { 0.5 } else { 1.0 };
-        samples.read(step as f32, share, &mut before);
+        let detail = PacketDetail::along(context.plan, state);
+        let samples = SpanSamples { context, cursors: &cursors, masks: &masks, dt: state.dt, detail };
+        samples.read(step as f32, &mut before);
         // What counts of a sample, where only some lanes do.
         let mut counted = [Vec::new(), Vec::new(), Vec::new()];
         while step < steps {
@@ -320,7 +315,7 @@ simd! {
             let jump = if is_dark(context, &before) { clear_steps(context, &tracks, &state.dt, step) } else { 0 };
             if jump > 1 {
                 step = step.saturating_add(jump).min(steps);
-                samples.read(step as f32, share, &mut before);
+                samples.read(step as f32, &mut before);
                 continue;
             }
             // Barrès & Neyret's own form takes its N samples and no more.
@@ -328,12 +323,12 @@ simd! {
             for part in 0..parts {
                 let length = 1.0 / parts as f32;
                 let span = StepSpan { start: step as f32 + part as f32 * length, length };
-                samples.read(span.end(), share * length, &mut after);
+                samples.read(span.end(), &mut after);
                 if let Some(samples) = context.plan.star_march {
                     march.star_depths_again(state, span.end(), samples, &mut after);
                 }
                 if let Some(middle) = &mut middle {
-                    samples.read(span.start + 0.5 * length, share * length, middle);
+                    samples.read(span.start + 0.5 * length, middle);
                 }
                 let counts = march.counting(state, span);
                 let (first, last, between) = match &counts {
@@ -386,18 +381,20 @@ struct SpanSamples<'a> {
     cursors: &'a [Cursor<'a>],
     masks: &'a [Option<Lane>],
     dt: Lane,
-    detail: &'a mut Option<PacketDetail>,
+    detail: Option<PacketDetail>,
 }
 
 impl SpanSamples<'_> {
-    /// Reads all channels at a number of steps into the span; the sample represents that number of steps around it.
+    /// Reads all channels at a number of steps into the span.
     #[inline(always)]
-    fn read(&mut self, steps: f32, length: f32, out: &mut [Lane]) {
+    fn read(&self, steps: f32, out: &mut [Lane]) {
         let t = lanes!(|lane| steps * self.dt[lane]);
+        let displaced = self.detail.as_ref().map(|detail| detail.displacements(&t));
+        let places = PacketPlaces { t: &t, displaced: displaced.as_ref() };
         for ((cursor, mask), first) in self.cursors.iter().zip(self.masks).zip(&self.context.slots.first) {
             let end = out.len().min(first + crate::volume::MAX_CHANNELS);
             let terms = &mut out[*first..end];
-            cursor.read(&t, terms);
+            cursor.read(places, terms);
             if let Some(mask) = mask {
                 for values in terms.iter_mut().take(cursor.channels()) {
                     for lane in 0..LANES {
@@ -405,9 +402,6 @@ impl SpanSamples<'_> {
                     }
                 }
             }
-        }
-        if let Some(detail) = &mut self.detail {
-            detail.apply(&t, &lanes!(|lane| length * self.dt[lane]), out);
         }
     }
 }
@@ -424,9 +418,10 @@ fn is_dark(context: &Context, sample: &[Lane]) -> bool {
 fn clear_steps(context: &Context, tracks: &[Track], dt: &Lane, step: usize) -> usize {
     let mut clear_pc = f32::INFINITY;
     for (bricks, track) in context.plan.space.bricks.iter().zip(tracks) {
-        let mut fewest = usize::MAX;
+        let (mut fewest, margin) = (usize::MAX, context.plan.displaced_bricks(bricks));
         for lane in (0..LANES).filter(|lane| dt[*lane] > 0.0) {
-            fewest = fewest.min(bricks.clear(track.cell_of(lane, bricks.lattice.dims, step as f32 * dt[lane])));
+            let clear = bricks.clear(track.cell_of(lane, bricks.lattice.dims, step as f32 * dt[lane]));
+            fewest = fewest.min(clear.saturating_sub(margin));
             if fewest == 0 {
                 return 0;
             }

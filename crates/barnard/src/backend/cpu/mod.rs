@@ -8,7 +8,7 @@ mod borders;
 pub mod bricks;
 mod context;
 #[doc(hidden)]
-pub mod detail;
+mod detail;
 mod double_integration;
 mod light_sums;
 mod march;

@@ -192,9 +192,9 @@ fn scatter_close(segment: &Segment, context: &Context, state: &mut PacketState, 
             }
         };
         let (ray, dust) = (&state.rays[lane], near::samples(&context.plan.space, star));
-        let detail =
-            |p: DVec3| context.plan.detail.as_ref().map_or(1.0, |d| d.factor(0, p, footprint.at((p - ray.origin).dot(ray.direction))));
-        let seen = DustNearby { sigma: |p| (dust.sigma)(p) * detail(p), depth: dust.depth };
+        let footprint_at = |p: DVec3| footprint.at((p - ray.origin).dot(ray.direction));
+        let seen_at = |p: DVec3| context.plan.detail.as_ref().map_or(p, |detail| p + detail.displacement(p, footprint_at(p)));
+        let seen = DustNearby { sigma: |p| (dust.sigma)(seen_at(p)), depth: |p| (dust.depth)(seen_at(p)) };
         near::pieces(seen, resolution, star, ray, &part, add);
     }
 }

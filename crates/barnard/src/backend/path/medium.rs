@@ -10,6 +10,7 @@ use super::sampled_wavelengths::CARRIED;
 use crate::backend::seen_detail::SeenDetail;
 use crate::control::Control;
 use crate::error::Result;
+use crate::field::Field;
 use crate::geometry::Ray;
 use crate::random::Counter;
 use crate::scene::Dust;
@@ -33,9 +34,10 @@ pub struct Leg {
 }
 
 impl Leg {
-    /// The factor of one of a scene's densities at a distance.
-    pub fn factor(&self, detail: Option<&SeenDetail>, density: usize, t: f64) -> f64 {
-        detail.filter(|_| self.from_eye).map_or(1.0, |detail| detail.factor(density, &self.ray, t))
+    /// The density that is seen at a distance \[pc\].
+    pub fn density(&self, density: &dyn Field, detail: Option<&SeenDetail>, t: f64) -> f64 {
+        let seen = detail.filter(|_| self.from_eye);
+        density.at(seen.map_or_else(|| self.ray.at(t), |detail| detail.place(&self.ray, t, &density.bounds())))
     }
 }
 
@@ -71,13 +73,12 @@ impl<'a> Medium<'a> {
 
     /// Extinction at V at a distance along a leg [pc⁻¹].
     pub fn sigma(&self, leg: &Leg, t: f64) -> f64 {
-        self.dust.sigma_v_per_pc * self.dust.density.at(leg.ray.at(t)).max(0.0) * leg.factor(self.detail, 0, t)
+        self.dust.sigma_v_per_pc * leg.density(&*self.dust.density, self.detail, t).max(0.0)
     }
 
     /// The bounds along a leg, of extinction at V [pc⁻¹].
     fn cells(&self, leg: &Leg, far: f64) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
-        let detail = self.detail.filter(|_| leg.from_eye).map_or(1.0, |detail| detail.usual_most(0));
-        let most = detail * self.dust.sigma_v_per_pc;
+        let most = self.dust.sigma_v_per_pc;
         self.majorant.cells(&leg.ray, far).map(move |(start, end, bound)| (start, end, most * bound))
     }
 

@@ -71,8 +71,6 @@ impl PathStar {
 /// A species of gas that glows.
 struct PathSpecies<'a> {
     light: usize,
-    /// Which of the scene's densities it has.
-    number: usize,
     density: &'a dyn crate::field::Field,
     majorant: Majorant,
 }
@@ -133,8 +131,7 @@ impl<'a> Tracer<'a> {
                 }
                 Route::Emitted { species: i } => {
                     let density = &*scene.species()[i].density;
-                    let number = usize::from(scene.dust.is_some()) + i;
-                    species.push(PathSpecies { light, number, density, majorant: Majorant::new(density, control)? });
+                    species.push(PathSpecies { light, density, majorant: Majorant::new(density, control)? });
                 }
                 Route::Background => background = Some(light),
                 Route::Direct { .. } | Route::FieldStar { .. } => {}
@@ -201,8 +198,7 @@ impl<'a> Tracer<'a> {
                 (left < 0.0).then(|| (end + left / bound, bound))
             });
             let Some((t, bound)) = drawn else { continue };
-            let seen = leg.factor(self.detail, species.number, t);
-            let glow = seen * species.density.at(leg.ray.at(t)) * total / bound;
+            let glow = leg.density(species.density, self.detail, t) * total / bound;
             let through = self.medium.as_ref().map_or([1.0; CARRIED], |m| m.transmittances(leg, t, &path.k(), random));
             radiance += glow * path.sum(|i| through[i] * path.waves[i].of(species.light, self.lights));
         }

@@ -233,18 +233,15 @@ impl<'a> RayConstants<'a> {
     /// Radiance along a ray, band by band.
     fn ray(&self, ray: &Ray) -> Vec<f64> {
         let far = self.horizon(ray);
-        let profile = |density: usize, field: &dyn Field| {
+        let profile = |field: &dyn Field| {
             let near = field.bounds().clip(ray).map_or(0.0, |(near, _)| near);
-            let seen = self.detail.as_ref().and_then(|detail| Some((detail, detail.finest_pc(density, near)?)));
+            let seen = self.detail.as_ref().and_then(|detail| Some((detail, detail.finest_pc(near)?)));
             match seen {
                 None => Profile::new(field, ray, far, 0.1 * self.accuracy),
-                Some((detail, finest_pc)) => {
-                    Profile::new(&SeenField { field, density, detail, ray, finest_pc }, ray, far, 0.1 * self.accuracy)
-                }
+                Some((detail, finest_pc)) => Profile::new(&SeenField { field, detail, ray, finest_pc }, ray, far, 0.1 * self.accuracy),
             }
         };
-        let dust = self.scene.dust.as_ref().map(|d| (d, profile(0, &*d.density)));
-        let gas = usize::from(dust.is_some());
+        let dust = self.scene.dust.as_ref().map(|d| (d, profile(&*d.density)));
         let tau = |t: f64| dust.as_ref().map_or(0.0, |(d, p)| d.sigma_v_per_pc * p.column(t));
         let mut radiance = RayRadiance::new(self);
         for (light, l) in self.lights.iter().enumerate() {
@@ -255,7 +252,7 @@ impl<'a> RayConstants<'a> {
                     }
                 }
                 Route::Emitted { species } => {
-                    let species_profile = profile(gas + species, &*self.scene.species()[species].density);
+                    let species_profile = profile(&*self.scene.species()[species].density);
                     let cells = species_profile.pieces().iter().flat_map(|p| split_by(p.start, p.end, dust.as_ref().map(|d| &d.1)));
                     radiance.adapt(cells, |t, wave| species_profile.at(t) * wave.weight[light] * (-wave.k * tau(t)).exp());
                 }
@@ -283,7 +280,8 @@ impl<'a> RayConstants<'a> {
             let t = foot + b * theta.tan();
             let place = ray.at(t);
             let sigma = dust.sigma_v_per_pc * profile.at(t).max(0.0);
-            let tau = dust.sigma_v_per_pc * profile.column(t) + if sigma > 0.0 { self.depth(star, place) } else { 0.0 };
+            let lit = self.detail.as_ref().map_or(place, |detail| detail.place(ray, t, &dust.density.bounds()));
+            let tau = dust.sigma_v_per_pc * profile.column(t) + if sigma > 0.0 { self.depth(star, lit) } else { 0.0 };
             let incoming = (place - star).normalize_or_zero();
             (sigma / b, tau, incoming.dot(-ray.direction))
         };

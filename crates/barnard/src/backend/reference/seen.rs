@@ -6,12 +6,10 @@ use crate::backend::seen_detail::SeenDetail;
 use crate::field::Field;
 use crate::geometry::{Bounds, Ray};
 
-/// A density, one of a scene's, along a ray of its camera.
+/// A density along a ray of a scene's camera.
 #[derive(Debug)]
 pub struct SeenField<'a> {
     pub field: &'a dyn Field,
-    /// Which of the scene's densities it is.
-    pub density: usize,
     pub detail: &'a SeenDetail,
     pub ray: &'a Ray,
     /// The length of the shortest waves that are seen \[pc\].
@@ -21,7 +19,7 @@ pub struct SeenField<'a> {
 impl Field for SeenField<'_> {
     fn at(&self, p: DVec3) -> f64 {
         let t = (p - self.ray.origin).dot(self.ray.direction);
-        self.field.at(p) * self.detail.factor(self.density, self.ray, t)
+        self.field.at(self.detail.place(self.ray, t, &self.field.bounds()))
     }
     fn bounds(&self) -> Bounds {
         self.field.bounds()

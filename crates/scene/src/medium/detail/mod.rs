@@ -1,29 +1,26 @@
-//! Detail below the voxels: noise that continues the spectrum of a density where a pixel sees finer than its grid.
+//! Detail below the voxels: a displacement that wrinkles clouds where a pixel sees finer than their grids.
 //!
-//! A density ρ is seen as
+//! All that the camera sees at a place p is read at
 //!
-//!   ρ(p) exp(Σ_j s_j f_j n_j(p) − Σ_j M(s_j f_j)),   M(s) = ln ⟨e^(s n)⟩,        eq. (26) of docs/method.md
+//!   p + Σ_j f_j ξ_j(p),   ξ_j = a λ_j c_j(p),                                        eq. (26) of docs/method.md
 //!
-//! n_j noise of variance one whose waves are λ_j = 2^j pc long, from two voxels on downwards; s_j their deviation, which the grid's
-//! own [roughness](Roughness) says, or the scene; f_j one where a wave is longer than five pixels, zero where it is shorter than
-//! three. The mean stays what it was. Waves have their place, turn and seed by j alone: a finer grid, or a closer look, adds waves
-//! and changes none.
+//! c_j the curl of a noise whose waves are λ_j = 2^j pc long, from four voxels on downwards, its components of variance one; a the
+//! [strength](Detail::strength); f_j one where a wave is longer than five pixels, zero where it is shorter than three. Each ξ_j keeps
+//! volumes, so that means stay; edges and fronts become rough at all lengths alike, and voxels no longer show. Waves have their place,
+//! turn and seed by j alone: a finer grid, or a closer look, adds waves and changes none.
 //!
-//! Eyes see it; stars do not: depths of stars, light that scatters more than once and stars seen through the cloud are those of
-//! the densities themselves, and so are measured spatial errors.
+//! Cameras see it; stars do not: gas, depths of stars, light that scatters more than once and stars seen through the cloud are those
+//! of the densities themselves, and so are measured spatial errors.
 
 mod noise;
-mod roughness;
 
 use std::ops::RangeInclusive;
 
 use glam::{DMat3, DVec3};
 
-pub use noise::single;
 #[doc(hidden)]
-pub use noise::{CUMULANTS, NORM};
-pub use noise::{MOST, WAVELENGTH, double, log_mean};
-pub use roughness::Roughness;
+pub use noise::NORM;
+pub use noise::{WAVELENGTH, double, single};
 
 use crate::error::Result;
 use crate::field::{Grid, within};
@@ -31,53 +28,37 @@ use crate::random::Counter;
 
 /// Numbers of octaves.
 pub const OCTAVES: RangeInclusive<i64> = 1..=8;
-/// Factors by which measured deviations may be made larger.
-pub const STRENGTHS: RangeInclusive<f64> = 0.0..=10.0;
-/// Deviations of the first octave.
-pub const DEVIATIONS: RangeInclusive<f64> = 0.0..=1.5;
-/// Exponents of spectra.
-pub const SLOPES: RangeInclusive<f64> = 3.05..=8.0;
+/// Displacements relative to the wavelength.
+pub const STRENGTHS: RangeInclusive<f64> = 0.0..=0.2;
+/// Longest wave \[voxels\].
+const FIRST_VOXELS: f64 = 4.0;
 
 /// Settings of detail below the voxel size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detail {
     /// The number of the noise.
     pub seed: u32,
-    /// Octaves below two voxels.
+    /// Octaves from four voxels downwards.
     pub octaves: usize,
-    /// A factor of all deviations.
+    /// Root mean square of a component of the displacement in each octave, relative to its wavelength; 0 disables detail.
     pub strength: f64,
-    /// The deviation of ln ρ in the octave of two voxels; where it is not said, that of each grid as it is measured.
-    pub deviation: Option<f64>,
-    /// n of the spectrum k^−n that is continued; where it is not said, that of each grid.
-    pub slope: Option<f64>,
 }
 
 impl Default for Detail {
     fn default() -> Self {
-        Self { seed: 1, octaves: 4, strength: 1.0, deviation: None, slope: None }
+        Self { seed: 1, octaves: 6, strength: 0.05 }
     }
 }
 
 impl Detail {
-    /// Refuses numbers that scenes may not say.
+    /// Refuses numbers outside of their ranges.
     ///
     /// # Errors
-    /// If there is one, with what would be right.
+    /// If there is one; the error states the range.
     pub fn check(&self) -> Result<()> {
         within("octaves of detail", self.octaves as f64, *OCTAVES.start() as f64..=*OCTAVES.end() as f64)?;
         within("strength of detail", self.strength, STRENGTHS)?;
-        within("deviation of detail", self.deviation.unwrap_or(0.0), DEVIATIONS)?;
-        within("slope of detail", self.slope.unwrap_or(*SLOPES.start()), SLOPES)?;
         Ok(())
-    }
-
-    /// The roughness with which a grid is continued.
-    fn roughness(&self, grid: &Grid) -> Roughness {
-        let stated = self.deviation.zip(self.slope);
-        let roughness = stated.map_or_else(|| Roughness::of(grid), |(deviation, slope)| Roughness::stated(grid, deviation, slope));
-        let deviation = self.strength * self.deviation.unwrap_or(roughness.deviation);
-        Roughness { deviation: deviation.min(*DEVIATIONS.end()), slope: self.slope.unwrap_or(roughness.slope), ..roughness }
     }
 }
 
@@ -92,111 +73,96 @@ pub struct Octave {
     pub turn: DMat3,
     /// The place of the noise at the origin.
     pub shift: DVec3,
-    /// The deviation of ln ρ by them, for each density: dust first, then each species of gas \[1\].
-    pub deviations: Vec<f64>,
+    /// Displacements by both components of the noise \[pc\].
+    pub displacements: [DVec3; 2],
 }
 
 impl Octave {
-    fn new(seed: u32, exponent: i32) -> Self {
+    fn new(detail: &Detail, exponent: i32) -> Self {
         // Angles between the axes of any two octaves are large, and no two seeds have an octave in common.
         const AXIS: DVec3 = DVec3::new(0.36, 0.48, 0.8);
         const GOLDEN: f64 = 2.399_963_229_728_653;
         let wavelength_pc = 2f64.powi(exponent);
-        let mut random = Counter::nested(0xde7a11, u64::from(seed), exponent as u64);
+        let mut random = Counter::nested(0xde7a11, u64::from(detail.seed), exponent as u64);
         let shift = DVec3::from([0; 3].map(|_| random.uniform()));
-        let turn = DMat3::from_axis_angle(AXIS, GOLDEN * f64::from(exponent)) * (noise::WAVELENGTH / wavelength_pc);
-        Self { wavelength_pc, seed: (random.uniform() * f64::from(1 << 24)) as u32, turn, shift, deviations: Vec::new() }
+        let rotation = DMat3::from_axis_angle(AXIS, GOLDEN * f64::from(exponent));
+        Self {
+            wavelength_pc,
+            seed: (random.uniform() * f64::from(1 << 24)) as u32,
+            turn: rotation * (noise::WAVELENGTH / wavelength_pc),
+            shift,
+            displacements: [0, 1].map(|row| detail.strength * wavelength_pc * rotation.row(row)),
+        }
     }
 
     /// The part of these waves that pixels of a footprint \[pc\] see: all of those over five of them, none below three.
     pub fn seen(&self, footprint_pc: f64) -> f64 {
         (0.5 * self.wavelength_pc / footprint_pc - 1.5).clamp(0.0, 1.0)
     }
+
+    /// Displacement at a place \[pc\].
+    fn displacement(&self, place: DVec3) -> DVec3 {
+        let [first, second] = double((self.turn * place + self.shift).to_array(), self.seed);
+        first * self.displacements[0] + second * self.displacements[1]
+    }
 }
 
 /// The farthest place of the noise that single precision resolves well enough, to 1e-2 of a wave.
 const FARTHEST: f64 = 1e5;
 
-/// Largest distance of a grid from the origin \[pc\].
-fn reach(grid: &Grid) -> f64 {
-    let bounds = grid.lattice().bounds;
-    bounds.low.abs().max(bounds.high.abs()).max_element()
-}
-
-/// The noise that continues the grids of a scene.
+/// The displacement of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FineDetail {
     /// Scene settings.
     pub settings: Detail,
     /// All octaves, the longest first.
     pub octaves: Vec<Octave>,
-    /// Continuation of each density.
-    pub roughness: Vec<Roughness>,
 }
 
 impl FineDetail {
-    /// The noise that continues some grids, the densities of a scene in their order.
+    /// The displacement of a scene with some grids: from four of the coarsest voxels down to as many octaves below four of the finest.
     pub fn new<'a>(detail: &Detail, grids: impl Iterator<Item = &'a Grid>) -> Self {
-        Self::by(detail, grids, &[])
+        let (mut coarsest, mut finest, mut reach) = (0.0f64, f64::INFINITY, 0.0f64);
+        for lattice in grids.map(Grid::lattice) {
+            let voxel = lattice.voxel_pc().max_element();
+            (coarsest, finest) = (coarsest.max(voxel), finest.min(voxel));
+            reach = reach.max(lattice.bounds.low.abs().max(lattice.bounds.high.abs()).max_element());
+        }
+        if coarsest == 0.0 || detail.strength == 0.0 {
+            return Self { settings: detail.clone(), octaves: Vec::new() };
+        }
+        let exponent = |voxel: f64| (FIRST_VOXELS * voxel).log2().round() as i32;
+        let exponents = exponent(finest).saturating_sub(detail.octaves as i32 - 1)..=exponent(coarsest);
+        let octaves = exponents.rev().map(|exponent| Octave::new(detail, exponent));
+        let is_placed = |octave: &Octave| reach * WAVELENGTH <= FARTHEST * octave.wavelength_pc;
+        Self { settings: detail.clone(), octaves: octaves.filter(is_placed).collect() }
     }
 
-    /// The noise that continues some grids by roughness that is known of as many; where a grid has other voxels it is measured.
-    pub fn by<'a>(detail: &Detail, grids: impl Iterator<Item = &'a Grid>, known: &[Roughness]) -> Self {
-        let grids: Vec<&Grid> = grids.collect();
-        let known = |i: usize| known.get(i).filter(|roughness| known.len() == grids.len() && roughness.is_of(grids[i])).copied();
-        let roughness: Vec<Roughness> = (0..grids.len()).map(|i| known(i).unwrap_or_else(|| detail.roughness(grids[i]))).collect();
-        let reaches: Vec<f64> = grids.iter().map(|grid| reach(grid)).collect();
-        // The octave that two voxels lie in is the first of a grid.
-        let first = |roughness: &Roughness| roughness.wavelength_pc.log2().round() as i32;
-        let (highest, lowest) = roughness.iter().map(first).fold((i32::MIN, i32::MAX), |(high, low), k| (high.max(k), low.min(k)));
-        let exponents = lowest.saturating_sub(detail.octaves as i32 - 1)..=highest;
-        let octaves = exponents.rev().map(|exponent| {
-            let octave = Octave::new(detail.seed, exponent);
-            let deviation = |(roughness, reach): (&Roughness, &f64)| {
-                let is_resolved = (first(roughness) - detail.octaves as i32 + 1..=first(roughness)).contains(&exponent);
-                let is_placed = reach * WAVELENGTH <= FARTHEST * octave.wavelength_pc;
-                if is_resolved && is_placed { roughness.at(octave.wavelength_pc).min(*DEVIATIONS.end()) } else { 0.0 }
-            };
-            Octave { deviations: roughness.iter().zip(&reaches).map(deviation).collect(), ..octave }
-        });
-        let octaves = octaves.filter(|octave| octave.deviations.iter().any(|s| *s > 0.0)).collect();
-        Self { settings: detail.clone(), octaves, roughness }
-    }
-
-    /// The factor of a density at a place where a pixel is so wide \[pc\].
-    pub fn factor(&self, density: usize, place: DVec3, footprint_pc: f64) -> f64 {
-        let exponent = |octave: &Octave| {
-            let s = octave.deviations[density] * octave.seen(footprint_pc);
-            if s == 0.0 { 0.0 } else { s * double((octave.turn * place + octave.shift).to_array(), octave.seed) - log_mean(s) }
+    /// Displacement at a place where a pixel is so wide \[pc\].
+    pub fn displacement(&self, place: DVec3, footprint_pc: f64) -> DVec3 {
+        let of_octave = |octave: &Octave| match octave.seen(footprint_pc) {
+            0.0 => DVec3::ZERO,
+            seen => seen * octave.displacement(place),
         };
-        self.octaves.iter().map(exponent).sum::<f64>().exp()
+        self.octaves.iter().map(of_octave).sum()
     }
 
-    /// Upper bound of a density's factor.
-    pub fn most(&self, density: usize) -> f64 {
-        self.octaves.iter().map(|octave| MOST * octave.deviations[density]).sum::<f64>().exp()
+    /// Upper bound of displacements \[pc\].
+    pub fn reach_pc(&self) -> f64 {
+        noise::MOST * self.settings.strength * self.octaves.iter().map(|octave| octave.wavelength_pc).sum::<f64>()
     }
 
-    /// Factor of a density at two standard deviations.
-    pub fn usual_most(&self, density: usize) -> f64 {
-        let variance = self.octaves.iter().map(|octave| octave.deviations[density].powi(2)).sum::<f64>();
-        (2.0 * variance.sqrt()).exp()
-    }
-
-    /// The length of the shortest waves of a density that pixels of a footprint \[pc\] see; none where they see none.
-    pub fn finest_pc(&self, density: usize, footprint_pc: f64) -> Option<f64> {
-        let seen = |octave: &&Octave| octave.deviations[density] * octave.seen(footprint_pc) > 0.0;
-        self.octaves.iter().rev().find(seen).map(|octave| octave.wavelength_pc)
+    /// The length of the shortest waves that pixels of a footprint \[pc\] see; none where they see none.
+    pub fn finest_pc(&self, footprint_pc: f64) -> Option<f64> {
+        self.octaves.iter().rev().find(|octave| octave.seen(footprint_pc) > 0.0).map(|octave| octave.wavelength_pc)
     }
 
     /// Description.
     pub fn in_words(&self) -> String {
         let [longest, shortest] = [self.octaves.first(), self.octaves.last()].map(|o| o.map_or(0.0, |octave| octave.wavelength_pc));
-        let deviations: Vec<String> =
-            self.roughness.iter().map(|roughness| format!("{:.2} (k^-{:.1})", roughness.deviation, roughness.slope)).collect();
         format!(
-            "noise below the voxels, waves of {longest:.2e} to {shortest:.2e} pc where pixels resolve them, deviations of ln density {} in the octave of two voxels; star depths, multiple scattering and spatial errors ignore it",
-            deviations.join(", ")
+            "displacement by waves of {longest:.2e} to {shortest:.2e} pc where pixels resolve them, {} of each wavelength; gas, star depths, multiple scattering and spatial errors ignore it",
+            self.settings.strength
         )
     }
 }
@@ -211,10 +177,6 @@ mod tests {
         Grid::sampled(Lattice { dims: [edge; 3], bounds: Bounds::cube(DVec3::ZERO, 1.0) }, |p| 2.0 + (9.0 * p.x).sin() * (7.0 * p.y).cos())
     }
 
-    fn detail() -> Detail {
-        Detail { deviation: Some(0.4), slope: Some(11.0 / 3.0), ..Detail::default() }
-    }
-
     fn places(count: u64) -> impl Iterator<Item = DVec3> {
         (0..count).map(|i| {
             let mut random = Counter::new(2, i);
@@ -222,75 +184,62 @@ mod tests {
         })
     }
 
-    /// The mean of all factors is one at every footprint, and their spread falls as pixels grow, to nothing.
+    /// Displacements have no mean, lie across all directions, and become smaller as pixels grow, to nothing.
     #[test]
-    fn the_mean_stays() {
-        let noise = FineDetail::new(&detail(), [&grid(32)].into_iter());
+    fn displacements_fade() {
+        let noise = FineDetail::new(&Detail::default(), [&grid(32)].into_iter());
         let mut before = f64::INFINITY;
-        for footprint in [1e-4, 0.01, 0.02, 0.03, 0.05] {
-            let factors: Vec<f64> = places(200_000).map(|p| noise.factor(0, p, footprint)).collect();
-            let mean = factors.iter().sum::<f64>() / factors.len() as f64;
-            let spread = (factors.iter().map(|f| f.ln().powi(2)).sum::<f64>() / factors.len() as f64).sqrt();
-            assert!((mean - 1.0).abs() < 0.01, "{footprint}: {mean}");
-            assert!(factors.iter().all(|f| *f <= noise.most(0)) && spread < before, "{footprint}: {spread}");
+        for footprint in [1e-4, 0.01, 0.03, 0.06] {
+            let all: Vec<DVec3> = places(50_000).map(|p| noise.displacement(p, footprint)).collect();
+            let mean = all.iter().sum::<DVec3>() / all.len() as f64;
+            let square = all.iter().map(|v| *v * *v).sum::<DVec3>() / all.len() as f64;
+            let spread = square.element_sum().sqrt();
+            assert!(mean.length() < 0.02 * spread && spread < before, "{footprint}: {mean} {spread}");
+            assert!(all.iter().all(|v| v.length() <= noise.reach_pc()));
             before = spread;
         }
-        assert_eq!(noise.factor(0, DVec3::ONE, 0.07), 1.0);
+        // The longest waves, of a quarter of a parsec, have 0.05 of their length in two components.
+        let longest: f64 = places(50_000).map(|p| noise.octaves[0].displacement(p).length_squared()).sum::<f64>() / 5e4;
+        assert!((longest.sqrt() / (0.05 * 0.25 * 2f64.sqrt()) - 1.0).abs() < 0.02, "{longest}");
+        assert_eq!(noise.displacement(DVec3::ONE, 0.09), DVec3::ZERO);
     }
 
-    /// Octaves halve from two voxels down, each as strong as the slope says; without roughness there is none.
+    /// Octaves halve from four voxels down; without strength, and where single precision resolves no positions, there is none.
     #[test]
-    fn octaves_continue_a_grid() {
-        let noise = FineDetail::new(&detail(), [&grid(32)].into_iter());
-        // Voxels of 1/16 pc: waves of 1/8.
-        assert_eq!(noise.octaves.iter().map(|o| o.wavelength_pc).collect::<Vec<_>>(), [0.125, 0.0625, 0.03125, 0.015625]);
-        let deviations: Vec<f64> = noise.octaves.iter().map(|o| o.deviations[0]).collect();
-        assert!((deviations[0] - 0.4).abs() < 1e-12 && (deviations[2] / deviations[0] - 2f64.powf(-2.0 / 3.0)).abs() < 1e-12);
-        let turned = |o: &Octave| (o.turn * o.turn.transpose()).col(0).x.sqrt() * o.wavelength_pc;
-        assert!(noise.octaves.iter().all(|o| (turned(o) - WAVELENGTH).abs() < 1e-12));
-        let measured = FineDetail::new(&Detail::default(), [&grid(32)].into_iter());
-        assert!(measured.octaves.len() == 4 && measured.octaves.iter().all(|o| o.deviations[0] < 0.05));
-        // Where single precision resolves no positions, there is no noise.
-        let far = Grid::sampled(Lattice { dims: [32; 3], bounds: Bounds::cube(DVec3::X * 2e3, 1.0) }, |_| 1.0);
-        assert_eq!(
-            FineDetail::new(&detail(), [&far].into_iter()).octaves.iter().map(|o| o.wavelength_pc).collect::<Vec<_>>(),
-            [0.125, 0.0625, 0.03125]
-        );
-        // What is as rough as can be is no rougher in a first octave that is longer than two voxels.
-        let rough = Detail { deviation: Some(1.5), slope: Some(8.0), ..detail() };
-        let voxel = |edge: usize| FineDetail::new(&rough, [&grid(edge)].into_iter()).octaves[0].deviations[0];
-        assert!((24..=46).all(|edge| voxel(edge) <= 1.5));
-        let none = Detail { strength: 0.0, ..detail() };
-        assert!(FineDetail::new(&none, [&grid(32)].into_iter()).octaves.is_empty());
+    fn octaves_begin_at_four_voxels() {
+        let lengths = |noise: FineDetail| noise.octaves.iter().map(|o| o.wavelength_pc).collect::<Vec<_>>();
+        let detail = Detail { octaves: 4, ..Detail::default() };
+        // Voxels of 1/16 pc.
+        assert_eq!(lengths(FineDetail::new(&detail, [&grid(32)].into_iter())), [0.25, 0.125, 0.0625, 0.03125]);
+        assert_eq!(lengths(FineDetail::new(&detail, [&grid(64), &grid(32)].into_iter())), [0.25, 0.125, 0.0625, 0.03125, 0.015625]);
+        let far = Grid::sampled(Lattice { dims: [32; 3], bounds: Bounds::cube(DVec3::X * 4e3, 1.0) }, |_| 1.0);
+        assert_eq!(lengths(FineDetail::new(&detail, [&far].into_iter())), [0.25, 0.125, 0.0625]);
+        let none = Detail { strength: 0.0, ..detail };
+        assert!(lengths(FineDetail::new(&none, [&grid(32)].into_iter())).is_empty());
     }
 
-    /// A finer grid, and a second one beside it, change no waves that both have: each has those below its own voxels.
+    /// A finer grid changes no waves that both have, another seed all.
     #[test]
     fn octaves_are_those_of_other_grids() {
-        let coarse = FineDetail::new(&detail(), [&grid(32)].into_iter());
-        let both = FineDetail::new(&detail(), [&grid(64), &grid(32)].into_iter());
-        assert_eq!(both.octaves.len(), 5);
-        for (one, other) in coarse.octaves.iter().zip(&both.octaves) {
-            assert_eq!((one.seed, one.turn, one.shift, one.deviations[0]), (other.seed, other.turn, other.shift, other.deviations[1]));
-        }
-        assert!(both.octaves[0].deviations[0] == 0.0 && both.octaves[4].deviations[1] == 0.0 && both.octaves[4].deviations[0] > 0.0);
+        let coarse = FineDetail::new(&Detail::default(), [&grid(32)].into_iter());
+        let both = FineDetail::new(&Detail::default(), [&grid(64), &grid(32)].into_iter());
+        assert!(coarse.octaves == both.octaves[..coarse.octaves.len()] && both.octaves.len() == coarse.octaves.len() + 1);
         let p = DVec3::new(0.3, 0.1, -0.7);
-        assert_eq!(coarse.factor(0, p, 1e-3), both.factor(1, p, 1e-3));
-        let other = FineDetail::new(&Detail { seed: 2, ..detail() }, [&grid(32)].into_iter());
-        assert_ne!(coarse.factor(0, p, 1e-3), other.factor(0, p, 1e-3));
+        assert_eq!(coarse.displacement(p, 2e-3), both.displacement(p, 2e-3));
+        let other = FineDetail::new(&Detail { seed: 2, ..Detail::default() }, [&grid(32)].into_iter());
+        assert_ne!(coarse.displacement(p, 1e-3), other.displacement(p, 1e-3));
     }
 
     #[test]
     fn wrong_numbers_are_refused() {
         for (wrong, words) in [
-            (Detail { octaves: 0, ..detail() }, "octaves"),
-            (Detail { octaves: 99, ..detail() }, "octaves"),
-            (Detail { strength: f64::NAN, ..detail() }, "strength"),
-            (Detail { deviation: Some(7.0), ..detail() }, "deviation"),
-            (Detail { slope: Some(2.0), ..detail() }, "slope"),
+            (Detail { octaves: 0, ..Detail::default() }, "octaves"),
+            (Detail { octaves: 99, ..Detail::default() }, "octaves"),
+            (Detail { strength: f64::NAN, ..Detail::default() }, "strength"),
+            (Detail { strength: 0.5, ..Detail::default() }, "strength"),
         ] {
             assert!(wrong.check().unwrap_err().to_string().contains(words));
         }
-        detail().check().unwrap();
+        Detail::default().check().unwrap();
     }
 }

@@ -49,10 +49,10 @@ pub struct BandCertificates {
 /// Density detail below the voxels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetailReport {
-    /// Octaves of noise.
+    /// Octaves of displacement.
     pub octaves: usize,
-    /// Largest standard deviation of ln density at two voxels.
-    pub deviation: f64,
+    /// Displacement relative to the wavelength.
+    pub strength: f64,
 }
 
 /// Spatial error measured by pilot rays.
@@ -239,8 +239,8 @@ impl Report {
             text("STEPS", self.steps.map(|steps| steps.to_string()), "distance of samples"),
             number("ACCURACY", self.accuracy, "requested"),
             number("TAUMAX", self.depth, "largest optical depth at V"),
-            integer("DETAIL", self.detail.map(|detail| detail.octaves), "octaves of noise below the voxels"),
-            number("DETAILSD", self.detail.map(|detail| detail.deviation), "largest deviation of ln density, at two voxels"),
+            integer("DETAIL", self.detail.map(|detail| detail.octaves), "octaves of displacement below the voxels"),
+            number("DETAILST", self.detail.map(|detail| detail.strength), "displacement relative to the wavelength"),
             number("SPATERR", spatial.map(|spatial| spatial.error), "spatial error, relative rms, measured"),
             integer("SPATRAYS", spatial.map(|spatial| spatial.rays), "number of pilot rays"),
             number("SAMPERR", sampling.map(|(error, _)| error), "error of function samples"),
@@ -278,8 +278,7 @@ impl Report {
             ),
             (
                 "detail",
-                self.detail
-                    .map(|detail| table([("octaves", integer(Some(detail.octaves))), ("deviation", number(Some(detail.deviation)))])),
+                self.detail.map(|detail| table([("octaves", integer(Some(detail.octaves))), ("strength", number(Some(detail.strength)))])),
             ),
             ("paths", self.paths.map(paths)),
             ("certificates", Some(Value::Table(entries(self.certificates.iter().map(certificates))))),
