@@ -230,7 +230,7 @@ impl Document {
     /// # Errors
     /// If nothing of the scene changes.
     pub fn sequence(&self, tracer: Option<Arc<dyn RayTracer>>, cache: Option<Arc<dyn Cache>>) -> Result<Sequence> {
-        let loader = self.loader.clone().traced_by(tracer).with_cache(cache);
+        let loader = self.loader.traced_by(tracer).with_cache(cache);
         Sequence::new(toml::properties(&self.origin.names().0, &self.text)?, loader, &self.scene)
     }
 

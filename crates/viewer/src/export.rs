@@ -25,7 +25,7 @@ pub struct Export {
     pub path: PathBuf,
     control: Control,
     progress: Arc<Progress>,
-    /// What was written, in words.
+    /// Message about the written files.
     result: Receiver<Result<String>>,
 }
 

@@ -66,8 +66,8 @@ struct Question {
     folder: PathBuf,
     name: String,
     size: (usize, usize),
-    /// Size of the scene's own image \[pixels\].
-    own_size: (usize, usize),
+    /// Size of the scene's image \[pixels\].
+    scene_size: (usize, usize),
     /// Number of the first frame of a film.
     first_frame: Option<i64>,
     entries: Vec<(String, bool)>,
@@ -100,11 +100,11 @@ impl Files {
             Purpose::SaveFilm => format!("{stem}_%04d.png"),
         };
         let camera = &document.scene().camera;
-        let own_size = (camera.width, camera.height);
+        let scene_size = (camera.width, camera.height);
         let frames = document.scene().timeline.as_ref().map(|timeline| timeline.frames);
         let first_frame = frames.filter(|_| purpose == Purpose::SaveFilm).map(|frames| frames.first);
         let mut asked =
-            Question { purpose, folder, name, size: own_size, own_size, first_frame, entries: Vec::new(), shown: false, replace: None };
+            Question { purpose, folder, name, size: scene_size, scene_size, first_frame, entries: Vec::new(), shown: false, replace: None };
         asked.look();
         self.asked = Some(asked);
     }
@@ -216,8 +216,8 @@ impl Question {
             ui.label("×");
             ui.add(egui::DragValue::new(&mut self.size.1).range(1..=most).suffix(" px")).labelled_by(label.id);
             ui.menu_button("sizes", |ui| {
-                let own = [("the scene's own", self.own_size)];
-                for (name, size) in own.into_iter().chain(SIZES) {
+                let scene = [("the scene's own", self.scene_size)];
+                for (name, size) in scene.into_iter().chain(SIZES) {
                     if ui.button(format!("{} × {} {name}", size.0, size.1)).clicked() {
                         self.size = size;
                         ui.close();

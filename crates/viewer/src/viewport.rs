@@ -248,7 +248,8 @@ fn mark_colour() -> Color32 {
 
 /// A ring at a star with its name, where it is seen.
 fn ring(painter: &egui::Painter, place: Option<Pos2>, name: &str) {
-    let (Some(p), colour) = (place, mark_colour()) else { return };
+    let Some(p) = place else { return };
+    let colour = mark_colour();
     painter.circle_stroke(p, GRIP, Stroke::new(1.0, colour));
     painter.text(p + vec2(GRIP + 2.0, -GRIP), Align2::LEFT_BOTTOM, name, FontId::proportional(12.0), colour);
 }

@@ -28,7 +28,7 @@ impl SeenDetail {
         Ok(Some(Self { noise: FineDetail::new(detail, grids.iter()), footprint: scene.camera.footprint() }))
     }
 
-    /// The place that is read at a distance along a ray from the camera \[pc\]; a density goes on beyond its bounds as it is there.
+    /// Displaced place at a distance along a ray from the camera \[pc\], within the bounds of a density, which continues beyond them.
     pub fn place(&self, ray: &Ray, t: f64, bounds: &Bounds) -> DVec3 {
         let place = ray.at(t);
         let displaced = place + self.noise.displacement(place, self.footprint.at(t));

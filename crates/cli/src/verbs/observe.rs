@@ -18,7 +18,6 @@ use clap::Args;
 use crate::backends::{names, registry};
 use crate::json::{self, json_of_image};
 use crate::source::SceneArgs;
-
 use crate::{outputs, progress};
 
 /// Simulates an observation with the scene's instrument: frames of counts, and a master with errors and a mask.

@@ -30,7 +30,7 @@ const PSF_RADII: (f64, f64) = (0.65, 2.2);
 /// Pixels on each side of a source's own that it may touch.
 const PSF_REACH: i64 = 2;
 /// Distance beside an image from which a source touches it \[pixels\].
-const MARGIN: f64 = 2.2;
+const MARGIN: f64 = PSF_RADII.1;
 
 /// A point of the image at which an unresolved source appears, and how bright the source is without dust.
 #[derive(Debug, Clone, Copy)]

@@ -34,7 +34,7 @@ pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         plot(ui, model, commands);
     });
     section(ui, "Filters", true, |ui| filters(ui, model, commands));
-    let stars = egui::CollapsingHeader::new("Stars").default_open(true).open(has_revealed(ui.ctx(), "star").then_some(true));
+    let stars = egui::CollapsingHeader::new("Stars").default_open(true).open(revealed(ui.ctx(), "star").map(|_| true));
     stars.show(ui, |ui| list(ui, model, "star", commands));
     for i in 0..count(model.document.toml().as_table(), "star_table") {
         section(ui, &format!("Table of stars {}", i + 1), true, |ui| {
@@ -91,7 +91,7 @@ fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
         _ => model.document.scene().emission.iter().map(|e| e.name.clone()).collect(),
     };
     for (i, title) in titles.iter().enumerate() {
-        let open = is_revealed(ui.ctx(), name, i).then_some(true);
+        let open = (revealed(ui.ctx(), name) == Some(i)).then_some(true);
         let header = egui::CollapsingHeader::new(title).id_salt((name, i)).default_open(i == 0).open(open).show(ui, |ui| {
             editor::keys(ui, &model.document, &format!("{name}.{i}"), commands);
             if name == "emission" {
@@ -102,6 +102,7 @@ fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
             }
         });
         if open.is_some() {
+            ui.data_mut(|data| data.remove::<usize>(revealed_id(name)));
             header.header_response.scroll_to_me(Some(egui::Align::Min));
         }
     }
@@ -114,24 +115,15 @@ fn list(ui: &mut Ui, model: &Model, name: &str, commands: &mut Commands) {
 
 /// Opens a table of a list in the next frame, and scrolls to it.
 pub fn reveal(ctx: &Context, list: &str, index: usize) {
-    ctx.data_mut(|data| data.insert_temp(revealed(list), index));
+    ctx.data_mut(|data| data.insert_temp(revealed_id(list), index));
 }
 
-/// True if a table of a list is to be opened.
-fn has_revealed(ctx: &Context, list: &str) -> bool {
-    ctx.data(|data| data.get_temp::<usize>(revealed(list))).is_some()
+/// Number of the table of a list that is to be opened, if any.
+fn revealed(ctx: &Context, list: &str) -> Option<usize> {
+    ctx.data(|data| data.get_temp(revealed_id(list)))
 }
 
-/// True once for a table that is to be opened.
-fn is_revealed(ctx: &Context, list: &str, index: usize) -> bool {
-    let is_revealed = ctx.data(|data| data.get_temp::<usize>(revealed(list))) == Some(index);
-    if is_revealed {
-        ctx.data_mut(|data| data.remove::<usize>(revealed(list)));
-    }
-    is_revealed
-}
-
-fn revealed(list: &str) -> egui::Id {
+fn revealed_id(list: &str) -> egui::Id {
     egui::Id::unique(("revealed", list))
 }
 

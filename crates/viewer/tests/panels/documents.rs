@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 use barnard::plan::Options;
 use barnard_viewer::app::App;
@@ -15,7 +14,7 @@ use eframe::egui::{DroppedFile, Key, Modifiers, ViewportEvent, ViewportId};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use super::explorer::{LIMIT, SCENE, app, folder, harness, means, notice, open, settle};
+use super::explorer::{LIMIT, SCENE, app, folder, harness, means, notice, open, settle, until};
 
 /// A broken scene from the dialog tells what `barnard check` tells, and the scene that was open stays.
 #[test]
@@ -78,12 +77,7 @@ fn pictures_are_saved() {
     harness.get_by_role_and_label(Role::TextInput, "file").type_text("out.fits");
     harness.step();
     harness.get_by_role_and_label(Role::Button, "Save").click();
-    let start = Instant::now();
-    while !notice(&harness).starts_with("wrote") {
-        harness.step();
-        std::thread::sleep(Duration::from_millis(5));
-        assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(&harness));
-    }
+    until(&mut harness, |h| notice(h).starts_with("wrote"));
     let image = barnard_files::formats::read_image(&folder.path().join("out.fits"), LIMIT).unwrap();
     let scene = harness.state().model.document.scene();
     let options = barnard::plan::Options::within(LIMIT);
@@ -103,17 +97,9 @@ fn saving_is_stopped() {
         app.export = Some(Export::start(app.model.document.scene(), &path, (6000, 6000), Options::within(LIMIT), &ctx).unwrap());
         harness.run_steps(3);
     };
-    let until = |harness: &mut Harness<App>, so: &dyn Fn(&Harness<App>) -> bool| {
-        let start = Instant::now();
-        while !so(harness) {
-            harness.step();
-            std::thread::sleep(Duration::from_millis(5));
-            assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(harness));
-        }
-    };
     export(&mut harness, "one.fits");
     harness.get_by_role_and_label(Role::Button, "Stop").click();
-    until(&mut harness, &|h| h.state().export.is_none());
+    until(&mut harness, |h| h.state().export.is_none());
     assert!(notice(&harness).contains("interrupted"), "{}", notice(&harness));
     export(&mut harness, "two.fits");
     let close = |harness: &mut Harness<App>| {
@@ -127,7 +113,7 @@ fn saving_is_stopped() {
     assert!(harness.state().export.is_some() && !harness.state().session.is_closed());
     close(&mut harness);
     harness.get_by_role_and_label(Role::Button, "Stop it").click();
-    until(&mut harness, &|h| h.state().session.is_closed());
+    until(&mut harness, |h| h.state().session.is_closed());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 

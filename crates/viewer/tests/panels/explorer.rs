@@ -81,6 +81,16 @@ pub fn settle(harness: &mut Harness<App>) {
     harness.step();
 }
 
+/// Frames until something is so.
+pub fn until(harness: &mut Harness<App>, so: impl Fn(&Harness<App>) -> bool) {
+    let start = Instant::now();
+    while !so(harness) {
+        harness.step();
+        std::thread::sleep(Duration::from_millis(5));
+        assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(harness));
+    }
+}
+
 /// Mean radiance of each band.
 pub fn means(harness: &Harness<App>) -> Vec<f64> {
     let shown = harness.state().model.shown.as_ref().unwrap();

@@ -1,7 +1,5 @@
 //! The timeline: keys that are set, moments that are shown, and frames that are composed.
 
-use std::time::{Duration, Instant};
-
 use barnard::glam::DVec3;
 use barnard_viewer::app::App;
 use barnard_viewer::edit::Edit;
@@ -12,7 +10,7 @@ use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use super::explorer::{app, drag, folder, notice, open, settle, viewport};
+use super::explorer::{app, drag, folder, notice, open, settle, until, viewport};
 
 fn place(harness: &Harness<App>) -> DVec3 {
     harness.state().model.flight.camera.position
@@ -185,12 +183,7 @@ fn a_visit_is_saved_as_a_film() {
     harness.get_by_label_contains("the scene's own").click();
     harness.run_steps(3);
     harness.get_by_role_and_label(Role::Button, "Save").click();
-    let start = Instant::now();
-    while !notice(&harness).starts_with("wrote 4 frames") {
-        harness.step();
-        std::thread::sleep(Duration::from_millis(5));
-        assert!(start.elapsed() < Duration::from_secs(60), "{}", notice(&harness));
-    }
+    until(&mut harness, |h| notice(h).starts_with("wrote 4 frames"));
     let frame = |number: usize| image::open(folder.path().join(format!("cloud_{number:04}.png"))).unwrap().to_rgb8();
     assert_eq!(frame(1).dimensions(), (64, 48));
     assert!(frame(1) != frame(4) && frame(4).pixels().any(|pixel| pixel.0 != [0; 3]));

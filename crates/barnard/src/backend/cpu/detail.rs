@@ -3,8 +3,7 @@
 use spectra::simd;
 
 use super::state::PacketState;
-use crate::camera::Footprint;
-use crate::detail::{FineDetail, Octave, single};
+use crate::detail::{Octave, single};
 use crate::packet::{LANES, Lane, fma, lanes, largest};
 use crate::plan::Plan;
 
@@ -43,8 +42,8 @@ impl PacketOctave {
 impl PacketDetail {
     /// Detail of a plan along the rays of a packet, whose distances begin at its span; none where the plan has none.
     pub(super) fn along(plan: &Plan, state: &PacketState) -> Option<Self> {
-        let detail: &FineDetail = plan.detail.as_deref().filter(|detail| !detail.octaves.is_empty())?;
-        let footprint: Footprint = plan.camera.footprint();
+        let detail = plan.detail.as_deref().filter(|detail| !detail.octaves.is_empty())?;
+        let footprint = plan.camera.footprint();
         // Rays that meet nothing see nothing.
         let width = |lane: usize| if state.dt[lane] > 0.0 { footprint.at(state.span.0[lane]) as f32 } else { f32::MAX };
         Some(Self {
