@@ -54,6 +54,7 @@ pub const SCENES: &[BuiltinScene] = &[
     scene!("emission_nebula", "an O star in the open bubble of a turbulent cloud: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
     scene!("young_cluster", "three hundred young stars in front of their cloud, multiple scattering, JWST NIRCam"),
     scene!("ring_nebula", "the Ring Nebula, a shell around a white dwarf: [O III], H-alpha, [S II] of 3 nm, Hubble palette"),
+    scene!("helix", "the Helix Nebula, a disc, a torus and cometary knots around a white dwarf: [O III], H-alpha, [N II]"),
     scene!("veil", "filaments of an old supernova remnant, HST narrow bands"),
     scene!("herbig_haro", "a jet, its bow shocks and the cavities of a young star behind its disc, HST narrow bands"),
     scene!("bok_globule", "a globule like Barnard 68 in front of bulge stars, Johnson BVR"),
