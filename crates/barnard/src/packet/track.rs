@@ -67,10 +67,8 @@ impl Track {
     /// Cell and place within it along each axis of `counts` cells, clamped to the borders.
     #[inline(always)]
     pub fn cells(&self, counts: [usize; 3], places: PacketPlaces) -> [([u32; LANES], Lane); 3] {
-        let Some(part) = &self.part else {
-            return [0, 1, 2].map(|axis| self.axis(axis, counts[axis], places));
-        };
-        let mut cells = [0, 1, 2].map(|axis| self.axis(axis, part.whole[axis], places));
+        let Some(part) = &self.part else { return self.axes(counts, places) };
+        let mut cells = self.axes(part.whole, places);
         for (axis, (cell, _)) in cells.iter_mut().enumerate() {
             for lane in 0..LANES {
                 cell[lane] = cell[lane].saturating_sub(part.first[axis] as u32).min(counts[axis] as u32 - 1);
@@ -94,6 +92,12 @@ impl Track {
     pub fn cell_of(&self, lane: usize, counts: [usize; 3], t: f32) -> [usize; 3] {
         let cell = |axis: usize| fma(self.slope[axis][lane], t, self.origin[axis][lane]) as usize;
         std::array::from_fn(|axis| cell(axis).min(counts[axis] - 1))
+    }
+
+    /// All axes; a closure would stay a function of its own, without the processor's wide instructions.
+    #[inline(always)]
+    fn axes(&self, counts: [usize; 3], places: PacketPlaces) -> [([u32; LANES], Lane); 3] {
+        [self.axis(0, counts[0], places), self.axis(1, counts[1], places), self.axis(2, counts[2], places)]
     }
 
     #[inline(always)]
