@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).parent.parent
 CORE = "barnard-files"
 BUILDS = {
     "cargo test -F formats": ["-F", "formats"],
-    "tests of all features": ["-p", "barnard-cli", "-p", "barnard-gpu", "-p", "barnard-study", "-p", "barnard-viewer", "--all-features"],
+    "tests of all features": ["-p", "barnard-cli", "-p", "barnard-gpu", "-p", "barnard-study", "-p", "barnard-explorer", "-p", "barnard-viewer", "--all-features"],
     "the Python package": ["-p", "barnard-python"],
 }
 

@@ -54,18 +54,24 @@ fn add(k: &[f64; LANES], mass: &[f64; LANES], depth: f64, sums: &mut [f64; LANES
         let x = -depth * k[lane];
         let x = if x < RANGE[0] { RANGE[0] } else { x };
         let x = if x > RANGE[1] { RANGE[1] } else { x };
-        let n = x.mul_add(LOG2_E, ROUND) - ROUND;
-        let r = n.mul_add(-LN_2[1], n.mul_add(-LN_2[0], x));
+        let n = fma(x, LOG2_E, ROUND) - ROUND;
+        let r = fma(n, -LN_2[1], fma(n, -LN_2[0], x));
         let mut series = TAYLOR[0];
         for coefficient in &TAYLOR[1..] {
-            series = series.mul_add(r, *coefficient);
+            series = fma(series, r, *coefficient);
         }
-        let power = series.mul_add(r, 1.0).mul_add(r, 1.0);
+        let power = fma(fma(series, r, 1.0), r, 1.0);
         // In two parts, so that what is below the normal numbers is rounded to those there are.
-        let half = 0.5f64.mul_add(n, ROUND) - ROUND;
+        let half = fma(0.5, n, ROUND) - ROUND;
         let exp = scaled(power, half) * scaled(1.0, n - half);
-        sums[lane] = mass[lane].mul_add(exp, sums[lane]);
+        sums[lane] = fma(mass[lane], exp, sums[lane]);
     }
+}
+
+/// a b + c, rounded once. WebAssembly has no such instruction, and rounds twice.
+#[inline(always)]
+fn fma(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(target_family = "wasm") { a * b + c } else { a.mul_add(b, c) }
 }
 
 /// x 2^n for an integer n, where that is a normal number.

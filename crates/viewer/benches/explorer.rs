@@ -6,13 +6,13 @@
 use std::time::{Duration, Instant};
 
 use barnard::backend::cpu;
+use barnard_explorer::document::Document;
+use barnard_explorer::edit::{Edit, place_text, significant};
+use barnard_explorer::flight::Flight;
+use barnard_explorer::order::{Order, Refinement, View};
 use barnard_gpu::Gpu;
 use barnard_viewer::app::App;
-use barnard_viewer::document::Document;
-use barnard_viewer::edit::{Edit, place_text, significant};
 use barnard_viewer::engine::Engine;
-use barnard_viewer::flight::Flight;
-use barnard_viewer::order::{Order, Refinement, View};
 use barnard_viewer::session::Session;
 use eframe::egui::vec2;
 use egui_kittest::Harness;

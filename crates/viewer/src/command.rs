@@ -1,12 +1,12 @@
 //! Commands: what panels, keys and the pointer request of the window, done in their order once a frame is drawn.
 
-use crate::comparison::{Arrangement, With};
-use crate::document::Origin;
-use crate::edit::Edit;
 use crate::files::Purpose;
-use crate::flight::Flight;
 use crate::layout::WindowLayout;
-use crate::probe::Probed;
+use barnard_explorer::comparison::{Arrangement, With};
+use barnard_explorer::document::Origin;
+use barnard_explorer::edit::Edit;
+use barnard_explorer::flight::Flight;
+use barnard_explorer::probe::Probed;
 
 /// A request to the window.
 #[non_exhaustive]

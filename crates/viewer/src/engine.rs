@@ -9,15 +9,15 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 
-use barnard::backend::BackendEntry;
+use barnard::backend::{Backend, BackendEntry};
 use barnard::cache::Cache;
 use barnard::control::Control;
-use barnard_gpu::Gpu;
+use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
 
-use crate::order::{Order, Refinement};
-use crate::picture::Picture;
 use crate::progress::Progress;
-use crate::studio::Studio;
+use barnard_explorer::order::{Order, Refinement};
+use barnard_explorer::picture::Picture;
+use barnard_explorer::studio::{LentDevice, Studio};
 
 /// An answer to an order.
 pub struct RenderedFrame {
@@ -134,6 +134,15 @@ impl Drop for Engine {
     }
 }
 
+/// The window's device as a studio uses it.
+fn lent(gpu: Gpu) -> LentDevice {
+    let sweeper = Ordinates::if_faster(&gpu);
+    // The device is the window's, as a rule: without it there is none to open again.
+    let gone = || Err(GpuError::NoAdapter);
+    let backend = move || Box::new(Auto::on(OnDevice::new(gpu.clone(), Tuning::default()).reopened_by(gone))) as Box<dyn Backend>;
+    LentDevice { backend: Box::new(backend), sweeper }
+}
+
 fn work(
     opened: &dyn Fn(Control) -> Studio,
     shared: &EngineShared,
@@ -142,8 +151,8 @@ fn work(
 ) {
     let mut studio = opened(shared.closing.clone());
     while let Some((number, order, control)) = shared.next(wake) {
-        if let Some(gpu) = shared.gpu.get() {
-            studio.take(gpu);
+        if let Some(gpu) = shared.gpu.get().filter(|_| !studio.has_device()) {
+            studio.take(lent(gpu.clone()));
         }
         let tell = |quality, pictures| {
             // Nobody listens any more once the window is gone.
@@ -159,5 +168,61 @@ fn work(
                 studio = opened(shared.closing.clone());
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use barnard::backend::cpu;
+    use barnard_explorer::document::Document;
+    use barnard_explorer::edit::Edit;
+    use barnard_explorer::flight::Flight;
+    use barnard_explorer::order::View;
+
+    use super::*;
+
+    /// The last picture of a document by a studio.
+    fn last(studio: &mut Studio, document: &Document) -> Picture {
+        let camera = Flight::of(document.scene()).seen((48, 32));
+        let views = vec![View::of(document)];
+        let order = Order { views, camera, moving: false, settles: true, difference: false, exposure: 0, memory_limit: 1 << 32 };
+        let mut shown = None;
+        studio.serve(&order, &Control::default(), &mut |_, mut pictures| shown = pictures.pop()).unwrap();
+        shown.unwrap()
+    }
+
+    /// A device of software or a real one, and how to take it away.
+    fn device() -> (Gpu, eframe::wgpu::Device) {
+        use eframe::wgpu;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let opened = pollster::block_on(async {
+            let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await.ok()?;
+            let (device, queue) = adapter.request_device(&barnard_gpu::device_descriptor(&adapter)).await.ok()?;
+            Some((Gpu::shared(&adapter, device.clone(), queue)?, device))
+        });
+        opened.expect("this test needs a graphics adapter; software Vulkan (mesa-vulkan-drivers) is one")
+    }
+
+    /// The picture of a device is that of the processor to the accuracy that both are planned for. When a device is
+    /// lost, the user is notified and the processor takes over.
+    #[test]
+    #[ignore = "needs a graphics adapter: --include-ignored"]
+    fn devices_make_the_same_pictures() {
+        let (gpu, device) = device();
+        let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
+        let mut studio = Studio::new(cpu::ENTRY, None, Control::default());
+        studio.take(lent(gpu));
+        let (on_device, on_processor) =
+            (last(&mut studio, &document), last(&mut Studio::new(cpu::ENTRY, None, Control::default()), &document));
+        assert!(on_device.backend.starts_with("gpu: ") && on_processor.backend == "cpu", "{}", on_device.backend);
+        for band in 0..3 {
+            let difference = on_device.image.relative_rmse(band, &on_processor.image, band);
+            assert!((1e-9..1e-3).contains(&difference), "band {band}: {difference}");
+        }
+        device.destroy();
+        document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
+        let after = last(&mut studio, &document);
+        assert!(after.backend.starts_with("cpu, since "), "{}", after.backend);
+        assert!(after.image.samples == last(&mut Studio::new(cpu::ENTRY, None, Control::default()), &document).image.samples);
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use barnard_files::formats::numbered;
 use eframe::egui::{self, Context, Key, ScrollArea, Ui};
 
-use crate::document::{Document, Origin};
+use barnard_explorer::document::{Document, Origin};
 
 /// The purpose for which a file is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

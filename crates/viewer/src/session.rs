@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use barnard_files::formats::replace;
 use eframe::Storage;
 
-use crate::document::{Document, Origin};
+use barnard_explorer::document::{Document, Origin};
 
 /// Most recent scenes that are remembered.
 const RECENT: usize = 12;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::order::Refinement;
+use barnard_explorer::order::Refinement;
 
 /// State of the window in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,13 +7,13 @@ use eframe::egui::{
 };
 
 use crate::command::{Command, Commands};
-use crate::comparison::{Arrangement, With};
-use crate::edit::{Edit, place_text};
 use crate::layout::{Guide, Side};
 use crate::model::Model;
-use crate::order::AMPLIFIED;
-use crate::order::Refinement;
 use crate::panels::reveal;
+use barnard_explorer::comparison::{Arrangement, With};
+use barnard_explorer::edit::{Edit, place_text};
+use barnard_explorer::order::AMPLIFIED;
+use barnard_explorer::order::Refinement;
 
 /// Most pixels along an edge of a picture in the window.
 const MAX: f32 = 4096.0;
@@ -191,7 +191,7 @@ fn wheel(ctx: &Context, hand: &Viewport, model: &Model, commands: &mut Commands)
     } else if turned != 0.0 && hand.flying {
         let speed = (model.flight.speed * (WHEEL * turned).exp()).clamp(1e-6, 1e6);
         commands.fly(move |flight| flight.speed = speed);
-        commands.push(Command::Tell(format!("speed {} pc/s", crate::edit::rounded(speed, 2))));
+        commands.push(Command::Tell(format!("speed {} pc/s", barnard_explorer::edit::rounded(speed, 2))));
     } else if turned != 0.0 {
         commands.fly(move |flight| flight.approach((-WHEEL * turned).exp()));
     }

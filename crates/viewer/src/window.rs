@@ -14,11 +14,11 @@ use eframe::egui::{Context, ViewportBuilder};
 use eframe::egui_wgpu::{RenderState, WgpuSetup};
 
 use crate::app::{App, first_look};
-use crate::document::{Document, Origin};
 use crate::engine::Engine;
 use crate::layout::WindowLayout;
 use crate::session::Session;
 use crate::timings::Timings;
+use barnard_explorer::document::{Document, Origin};
 
 /// Errors at the start of the explorer.
 #[derive(Debug, thiserror::Error)]

@@ -12,10 +12,11 @@ pub type Lane = [f32; LANES];
 /// 1.5 · 2²³: adding it rounds to an integer, which then stands in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
-/// a b + c in one instruction: AVX2, AVX-512 and NEON machines have it; on others it is right, but slow.
+/// a b + c, rounded once: one instruction of AVX2, AVX-512 and NEON, slow on processors without it. WebAssembly has none,
+/// and rounds twice.
 #[inline(always)]
 pub fn fma(a: f32, b: f32, c: f32) -> f32 {
-    a.mul_add(b, c)
+    if cfg!(target_family = "wasm") { a * b + c } else { a.mul_add(b, c) }
 }
 
 /// e^x for x ≤ 80.

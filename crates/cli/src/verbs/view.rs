@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use barnard_viewer::document::Origin;
+use barnard_viewer::Origin;
 use barnard_viewer::{Start, ViewerError, open};
 use clap::Args;
 

@@ -3,7 +3,7 @@
 use eframe::egui::{self, Context, ViewportCommand};
 
 use super::App;
-use crate::document::Document;
+use barnard_explorer::document::Document;
 
 /// The wish of the user that waits until what is there is kept.
 pub(super) enum Leaving {

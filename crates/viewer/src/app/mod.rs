@@ -14,7 +14,6 @@ use barnard::scene::RayTracer;
 use eframe::egui::{self, Context, Key, Modifiers, TextureOptions, Ui, ViewportCommand};
 
 use crate::command::{Command, Commands};
-use crate::document::{Document, Origin};
 use crate::engine::Engine;
 use crate::export::Export;
 use crate::files::{Files, Purpose};
@@ -23,6 +22,7 @@ use crate::panels;
 use crate::session::Session;
 use crate::timings::{Look, Timings};
 use crate::viewport::{self, Viewport};
+use barnard_explorer::document::{Document, Origin};
 use leaving::Leaving;
 use ordering::Ordered;
 
@@ -279,13 +279,14 @@ impl App {
                     textures.truncate(pictures.len());
                     for (i, picture) in pictures.iter().enumerate() {
                         let size = [picture.image.width, picture.image.height];
-                        let image = egui::ColorImage::new(size, picture.colours.to_vec());
+                        let image = egui::ColorImage::from_rgba_premultiplied(size, picture.colours.as_flattened());
                         match textures.get_mut(i) {
                             Some(texture) => texture.set(image, TextureOptions::LINEAR),
                             None => textures.push(ctx.load_texture(format!("picture {i}"), image, TextureOptions::LINEAR)),
                         }
                     }
-                    let over = pictures.first().and_then(|picture| picture.sparks.clone());
+                    let over = pictures.first().and_then(|picture| picture.sparks.as_ref());
+                    let over = over.map(|sparks| egui::ColorImage::from_rgba_premultiplied(sparks.size, sparks.colours.as_flattened()));
                     match (over, &mut sparks) {
                         (Some(image), Some(texture)) => texture.set(image, TextureOptions::NEAREST),
                         (over, sparks) => *sparks = over.map(|image| ctx.load_texture("sparks", image, TextureOptions::NEAREST)),

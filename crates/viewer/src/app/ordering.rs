@@ -7,11 +7,11 @@ use barnard::camera::Camera;
 use eframe::egui::{Context, Pos2, Rect, Vec2, vec2};
 
 use super::App;
-use crate::comparison::{Comparison, With};
-use crate::document::Document;
-use crate::flight::Flight;
-use crate::order::{Order, Refinement, View};
 use crate::viewport::{aspect, framed};
+use barnard_explorer::comparison::{Comparison, With};
+use barnard_explorer::document::Document;
+use barnard_explorer::flight::Flight;
+use barnard_explorer::order::{Order, Refinement, View};
 
 /// The time for which nothing may have moved before finer pictures are made [s].
 const REST: f64 = 0.15;

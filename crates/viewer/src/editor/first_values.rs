@@ -5,7 +5,7 @@ use barnard::scene::schema::TableRow;
 use barnard_files::catalogue::Catalogue;
 use toml_edit::{Item, TableLike, Value};
 
-use crate::edit::Edit;
+use barnard_explorer::edit::Edit;
 
 /// Makes the table one of another kind.
 pub fn of_kind(row: &'static TableRow, place: &str, here: &dyn TableLike, kind: &str) -> Edit {

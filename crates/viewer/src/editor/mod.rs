@@ -13,8 +13,8 @@ use self::first_values::{added, of_kind};
 use self::widgets::KeyWidget;
 pub use self::widgets::{drag, is_changed};
 use crate::command::Commands;
-use crate::document::Document;
-use crate::edit::{Edit, table};
+use barnard_explorer::document::Document;
+use barnard_explorer::edit::{Edit, table};
 
 /// The keys of the table at `place`, those that are there, and a menu of those that could be.
 pub fn keys(ui: &mut Ui, document: &Document, place: &str, commands: &mut Commands) {
@@ -335,6 +335,6 @@ f = true
         Edit::set("e.0.lines.1", "s", 9.5).and(Edit::drop("e", 7)).apply(&mut toml);
         assert_eq!(toml.to_string(), "[[e]]\nlines = [{ w = 1, s = 2 }, { w = 3, s = 9.5 }]\n");
         Edit::drop("e", 0).apply(&mut toml);
-        assert_eq!(crate::edit::count(&toml, "e"), 0);
+        assert_eq!(barnard_explorer::edit::count(&toml, "e"), 0);
     }
 }

@@ -9,7 +9,7 @@ use spectra::units::parts;
 use toml_edit::{Item, Value};
 
 use crate::command::Commands;
-use crate::edit::{Edit, rounded, significant};
+use barnard_explorer::edit::{Edit, rounded, significant};
 
 /// The relative change of a number in one point of a drag.
 const DRAG: f64 = 0.006;

@@ -10,15 +10,15 @@ use barnard::image::{Display, Level};
 use barnard::scene::Scene;
 use eframe::egui::TextureHandle;
 
-use crate::clock::Clock;
-use crate::comparison::Comparison;
-use crate::document::Document;
-use crate::edit::Edit;
-use crate::flight::Flight;
 use crate::layout::WindowLayout;
-use crate::order::Refinement;
-use crate::picture::Picture;
-use crate::probe::Probed;
+use barnard_explorer::clock::Clock;
+use barnard_explorer::comparison::Comparison;
+use barnard_explorer::document::Document;
+use barnard_explorer::edit::Edit;
+use barnard_explorer::flight::Flight;
+use barnard_explorer::order::Refinement;
+use barnard_explorer::picture::Picture;
+use barnard_explorer::probe::Probed;
 
 /// The time for which a message stays that is no error [s].
 const NOTICE_SECONDS: f64 = 8.0;
@@ -188,7 +188,7 @@ impl Model {
             Level::Radiance(white) => white,
             Level::Auto => white,
         };
-        self.apply(Edit::set("display", "white", crate::edit::significant(white * (-stops).exp2())).with_name("exposure"));
+        self.apply(Edit::set("display", "white", barnard_explorer::edit::significant(white * (-stops).exp2())).with_name("exposure"));
     }
 
     /// Black and white as the picture that is shown asks for.
@@ -223,7 +223,7 @@ impl Model {
         let name = self.document.scene().name.replace(|c: char| !c.is_alphanumeric(), "_");
         let free = (1..10_000).map(|n| PathBuf::from(format!("{name}_{n:04}.png"))).find(|path| !path.exists());
         let Some(path) = free else { return self.complain("this folder has ten thousand screenshots; move some away") };
-        let pixels: Vec<u8> = picture.colours.iter().flat_map(|c| [c.r(), c.g(), c.b()]).collect();
+        let pixels: Vec<u8> = picture.colours.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
         let size = (picture.image.width, picture.image.height);
         let written = barnard_files::formats::encode_png(size, &pixels, &picture.image.statements())
             .and_then(|bytes| barnard_files::formats::replace(&path, &bytes));

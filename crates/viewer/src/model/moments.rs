@@ -1,10 +1,10 @@
 //! Moments of a scene that changes: which is shown, and views that become keys of the camera.
 
 use super::Model;
-use crate::edit::{Edit, table};
-use crate::flight::Flight;
-use crate::keyframes::{SAME, dropped, keyed, moments};
-use crate::visit::route;
+use barnard_explorer::edit::{Edit, table};
+use barnard_explorer::flight::Flight;
+use barnard_explorer::keyframes::{SAME, dropped, keyed, moments};
+use barnard_explorer::visit::route;
 
 /// Duration of a scene without keyframes [s].
 const DURATION: f64 = 10.0;

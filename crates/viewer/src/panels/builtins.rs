@@ -4,7 +4,7 @@ use barnard_files::builtin::{BuiltinScene, SCENES};
 use eframe::egui::{self, ColorImage, Context, Id, TextureHandle, TextureOptions, Ui, vec2};
 
 use crate::command::{Command, Commands};
-use crate::document::Origin;
+use barnard_explorer::document::Origin;
 
 /// Scenes side by side, and how large a picture is shown [points].
 const COLUMNS: usize = 4;

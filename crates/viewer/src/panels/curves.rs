@@ -4,9 +4,9 @@ use barnard::animation::{Timeline, Track};
 use eframe::egui::{self, Color32, Id, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
 use crate::command::{Command, Commands};
-use crate::edit::rounded;
 use crate::model::Model;
-use crate::tracks::{added, dropped, moved};
+use barnard_explorer::edit::rounded;
+use barnard_explorer::tracks::{added, dropped, moved};
 
 /// How high a curve is, and how high all of them are before they scroll [points].
 const HEIGHT: f32 = 44.0;

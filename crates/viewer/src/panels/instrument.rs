@@ -5,10 +5,10 @@ use eframe::egui::{self, Slider, SliderClamping, Ui};
 
 use super::short;
 use crate::command::{Command, Commands};
-use crate::comparison::With;
-use crate::edit::{Edit, significant};
 use crate::editor;
 use crate::model::Model;
+use barnard_explorer::comparison::With;
+use barnard_explorer::edit::{Edit, significant};
 
 /// Exposures of the slider \[s\].
 const EXPOSURES: std::ops::RangeInclusive<f64> = 0.01..=36_000.0;

@@ -4,10 +4,10 @@ use eframe::egui::{self, Ui};
 
 use super::short;
 use crate::command::{Command, Commands};
-use crate::comparison::With;
 use crate::editor;
 use crate::model::Model;
-use crate::order::Refinement;
+use barnard_explorer::comparison::With;
+use barnard_explorer::order::Refinement;
 
 /// Shows the panel of the method.
 pub fn show(ui: &mut Ui, model: &Model, commands: &mut Commands) {

@@ -14,10 +14,10 @@ use barnard::scene::Scene;
 use eframe::egui::{self, Color32, Frame, Panel, ScrollArea, Ui};
 
 use crate::command::{Command, Commands};
-use crate::document::Origin;
 use crate::files::Purpose;
 use crate::layout::{Guide, Side, WindowLayout};
 use crate::model::Model;
+use barnard_explorer::document::Origin;
 
 pub use about::help;
 pub use spectra::reveal;
@@ -253,5 +253,5 @@ fn band_colour(scene: &Scene, band: usize) -> egui::Color32 {
 
 /// A number in the digits that a reader needs.
 fn short(value: f64) -> String {
-    if value == 0.0 || (1e-2..1e5).contains(&value.abs()) { crate::edit::rounded(value, 4) } else { format!("{value:.3e}") }
+    if value == 0.0 || (1e-2..1e5).contains(&value.abs()) { barnard_explorer::edit::rounded(value, 4) } else { format!("{value:.3e}") }
 }

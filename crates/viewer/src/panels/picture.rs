@@ -5,10 +5,10 @@ use egui_plot::{Line, Plot, PlotPoints, VLine};
 
 use super::{band_colour, short};
 use crate::command::{Command, Commands};
-use crate::comparison::{Arrangement, With};
-use crate::edit::{Edit, numbers, significant};
 use crate::editor;
 use crate::model::Model;
+use barnard_explorer::comparison::{Arrangement, With};
+use barnard_explorer::edit::{Edit, numbers, significant};
 
 /// Palettes that have a button of their own.
 const BUTTONS: [(&str, &str); 3] = [("Natural", "natural"), ("SHO", "sho"), ("HOO", "hoo")];
@@ -59,7 +59,7 @@ fn palettes(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 /// Red, green and blue of each band, where the palette is one's own.
 fn matrix(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let scene = model.document.scene();
-    if crate::edit::table(model.document.toml().as_table(), "display").is_none_or(|t| !t.contains_key("matrix")) {
+    if barnard_explorer::edit::table(model.document.toml().as_table(), "display").is_none_or(|t| !t.contains_key("matrix")) {
         return;
     }
     let mut columns = scene.display.palette.columns.clone();

@@ -8,7 +8,7 @@ use spectra::sed::{MagnitudeSystem, zero_point};
 use super::{band_colour, short, wavelength_colour};
 use crate::command::{Command, Commands};
 use crate::model::Model;
-use crate::probe::Probed;
+use barnard_explorer::probe::Probed;
 
 /// Steradians of a square arcsecond.
 const SQUARE_ARCSECOND: f64 = (std::f64::consts::PI / 648_000.0) * (std::f64::consts::PI / 648_000.0);

@@ -9,9 +9,9 @@ use toml_edit::{ArrayOfTables, Item, Table, Value};
 
 use super::{band_colour, section, wavelength_colour};
 use crate::command::Commands;
-use crate::edit::{self, Edit, count, numbers, place_text, table};
 use crate::editor;
 use crate::model::Model;
+use barnard_explorer::edit::{self, Edit, count, numbers, place_text, table};
 
 /// Points of a curve in the plot.
 const SAMPLES: usize = 240;
@@ -192,7 +192,7 @@ fn filters(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let chosen = egui::ComboBox::from_id_salt("bands").selected_text(&now).width(180.0).show_ui(ui, |ui| {
         for set in spectra::passband::SETS {
             if ui.selectable_label(set.name == now, set.name).on_hover_text(set.summary).clicked() && set.name != now {
-                commands.push(crate::comparison::filters(set.name));
+                commands.push(barnard_explorer::comparison::filters(set.name));
             }
         }
     });

@@ -4,9 +4,9 @@ use eframe::egui::{self, Sense, Stroke, Ui, pos2, vec2};
 
 use super::curves::{self, GRIP, diamond};
 use crate::command::{Command, Commands};
-use crate::edit::rounded;
 use crate::model::Model;
-use crate::tracks::{begun, possible};
+use barnard_explorer::edit::rounded;
+use barnard_explorer::tracks::{begun, possible};
 
 /// How high the bar is [points].
 const HEIGHT: f32 = 26.0;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use barnard::plan::Options;
+use barnard_explorer::document::{Document, Origin};
 use barnard_viewer::app::App;
-use barnard_viewer::document::{Document, Origin};
 use barnard_viewer::export::Export;
 use barnard_viewer::session::Session;
 use eframe::egui::accesskit::Role;
@@ -186,7 +186,7 @@ fn windows_do_not_share_changes() {
     let (folder, path) = folder();
     let data = Some(folder.path().join("data"));
     let mut document = Document::open(&path, LIMIT).unwrap();
-    document.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "7000 K")).unwrap();
+    document.apply(barnard_explorer::edit::Edit::set("star.0", "temperature", "7000 K")).unwrap();
     let (mut first, mut second) = (Session::new(data.clone()), Session::new(data.clone()));
     first.keep(&document, 10.0);
     assert!(second.recovered().is_none());
@@ -218,7 +218,7 @@ lines = [{ wavelength = "550 nm", strength = 1 }]
     let mut harness = harness(app(&path, None));
     settle(&mut harness);
     let before = means(&harness);
-    harness.state_mut().model.apply(barnard_viewer::edit::Edit::set("star.0", "position", "0.5 0.2 0.9 pc"));
+    harness.state_mut().model.apply(barnard_explorer::edit::Edit::set("star.0", "position", "0.5 0.2 0.9 pc"));
     settle(&mut harness);
     assert_eq!(notice(&harness), "");
     assert!(means(&harness) != before && before[1] > 0.0);
@@ -243,7 +243,7 @@ fn undo_outlives_saving_elsewhere() {
     std::fs::create_dir_all(&two).unwrap();
     Document::builtin("pillars", LIMIT).unwrap().save(&one.join("region.toml")).unwrap();
     let mut document = Document::open(&one.join("region.toml"), LIMIT).unwrap();
-    document.apply(barnard_viewer::edit::Edit::set("method", "accuracy", 0.02)).unwrap();
+    document.apply(barnard_explorer::edit::Edit::set("method", "accuracy", 0.02)).unwrap();
     document.save(&two.join("region.toml")).unwrap();
     document.undo().unwrap();
     assert!(document.scene().method.accuracy != 0.02 && document.is_changed());
@@ -276,9 +276,9 @@ law = "gordon23"
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     assert!(!document.is_rough() && edge(&document) == 80);
-    document.apply(barnard_viewer::edit::Edit::set("dust", "albedo", 0.4)).unwrap();
+    document.apply(barnard_explorer::edit::Edit::set("dust", "albedo", 0.4)).unwrap();
     assert!(!document.is_rough() && edge(&document) == 80);
-    document.apply(barnard_viewer::edit::Edit::set("field.t", "mach", 3.0)).unwrap();
+    document.apply(barnard_explorer::edit::Edit::set("field.t", "mach", 3.0)).unwrap();
     assert!(document.is_rough() && edge(&document) == 64);
 }
 
@@ -321,7 +321,7 @@ luminosity = "1e4 Lsun"
     let rough = document.physics();
     settle(&mut document);
     assert!(!document.is_rough() && edge(&document) == 52 && document.physics() != rough);
-    document.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "35000 K")).unwrap();
+    document.apply(barnard_explorer::edit::Edit::set("star.0", "temperature", "35000 K")).unwrap();
     assert!(document.is_rough() && edge(&document) == 48);
     settle(&mut document);
     assert!(!document.is_rough() && edge(&document) == 52);

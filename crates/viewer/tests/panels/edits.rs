@@ -38,7 +38,7 @@ fn a_temperature_changes_plan_and_picture() {
 #[test]
 fn impossible_values_are_refused() {
     let (_folder, mut harness) = open();
-    harness.state_mut().model.apply(barnard_viewer::edit::Edit::set("star.0", "temperature", "-5 K"));
+    harness.state_mut().model.apply(barnard_explorer::edit::Edit::set("star.0", "temperature", "-5 K"));
     harness.step();
     assert!(notice(&harness).contains("between 1 and 1e9 K") && notice(&harness).contains("cloud.toml:22"), "{}", notice(&harness));
     assert_eq!(harness.state().model.document.text(), SCENE);
@@ -52,7 +52,7 @@ fn impossible_values_are_refused() {
 #[test]
 fn filters_and_palettes_change_what_is_seen() {
     let (_folder, mut harness) = open();
-    harness.state_mut().model.apply(barnard_viewer::comparison::filters("sho-3nm"));
+    harness.state_mut().model.apply(barnard_explorer::comparison::filters("sho-3nm"));
     settle(&mut harness);
     let bands = |h: &Harness<App>| {
         h.state().model.shown.as_ref().unwrap().pictures[0].image.bands.iter().map(|b| b.name.clone()).collect::<Vec<_>>()
@@ -87,7 +87,7 @@ fn methods_state_their_errors() {
     };
     let fine = difference(&harness);
     assert!(harness.query_by_label_contains("johnson-B: differs by").is_some());
-    harness.state_mut().model.apply(barnard_viewer::edit::Edit::set("method", "name", "fixed_wavelength"));
+    harness.state_mut().model.apply(barnard_explorer::edit::Edit::set("method", "name", "fixed_wavelength"));
     settle(&mut harness);
     assert!(fine < 0.03 && difference(&harness) > fine, "{fine} {}", difference(&harness));
     assert_eq!(harness.state().model.shown.as_ref().unwrap().pictures[0].plan.spectral().method, "fixed_wavelength");

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use barnard::backend::cpu;
+use barnard_explorer::document::Document;
 use barnard_viewer::app::App;
-use barnard_viewer::document::Document;
 use barnard_viewer::engine::Engine;
 use barnard_viewer::session::Session;
 use eframe::egui::accesskit::Role;

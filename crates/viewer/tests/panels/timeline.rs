@@ -1,8 +1,8 @@
 //! The timeline: keys that are set, moments that are shown, and frames that are composed.
 
 use barnard::glam::DVec3;
+use barnard_explorer::edit::Edit;
 use barnard_viewer::app::App;
-use barnard_viewer::edit::Edit;
 use barnard_viewer::files::Purpose;
 use barnard_viewer::layout::Guide;
 use eframe::egui::accesskit::Role;

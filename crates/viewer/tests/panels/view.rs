@@ -1,8 +1,8 @@
 //! Probe position and its readings.
 
+use barnard_explorer::comparison::With;
+use barnard_explorer::edit::Edit;
 use barnard_viewer::app::App;
-use barnard_viewer::comparison::With;
-use barnard_viewer::edit::Edit;
 use eframe::egui::accesskit::Role;
 use eframe::egui::vec2;
 use eframe::egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, TouchPhase};

@@ -1,7 +1,7 @@
 //! A picture in the window: radiances, the plan that made them, and how they are shown.
 
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 use barnard::backend;
 use barnard::camera::Camera;
@@ -12,10 +12,20 @@ use barnard::plan::Planned;
 use barnard::points::Sources;
 use barnard::scene::Scene;
 use barnard::{Error, Result};
-use eframe::egui::{Color32, ColorImage};
 use rayon::prelude::*;
 
 use crate::order::AMPLIFIED;
+
+/// Colour of a pixel: red, green and blue of sRGB, and opacity.
+pub type Rgba = [u8; 4];
+
+/// Colours over a picture, transparent where it is seen.
+pub struct Overlay {
+    /// Width and height \[pixels\].
+    pub size: [usize; 2],
+    /// Colours, height × width.
+    pub colours: Vec<Rgba>,
+}
 
 /// A picture and what is known of it.
 #[derive(Clone)]
@@ -29,9 +39,9 @@ pub struct Picture {
     /// The levels and the palette by which it is shown.
     pub tone: Tone,
     /// The colours, height × width.
-    pub colours: Arc<Vec<Color32>>,
+    pub colours: Arc<Vec<Rgba>>,
     /// Stars over a picture that has none, in pixels of the window: transparent where none is.
-    pub sparks: Option<Arc<ColorImage>>,
+    pub sparks: Option<Arc<Overlay>>,
     /// Glare of a picture that includes its stars, and its optics.
     spread: Option<(Glare, Arc<Image>)>,
     /// Instrument response to another picture, used for this one.
@@ -60,6 +70,13 @@ struct Recorded {
     binning: usize,
     /// Collected light per pixel and band, in words.
     bands: Vec<String>,
+}
+
+/// No colour.
+const TRANSPARENT: Rgba = [0; 4];
+
+fn opaque([red, green, blue]: [u8; 3]) -> Rgba {
+    [red, green, blue, u8::MAX]
 }
 
 /// Collected light per pixel in a band, in words.
@@ -209,7 +226,7 @@ impl Picture {
     fn colour(&mut self) {
         let start = Instant::now();
         let image = &self.image;
-        self.colours = Arc::new(self.tone.bytes(self.seen()).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect());
+        self.colours = Arc::new(self.tone.bytes(self.seen()).into_iter().map(opaque).collect());
         let stride = (image.width * image.height).div_ceil(COUNTED).max(1);
         self.histograms = (0..image.bands.len()).into_par_iter().map(|b| Histogram::of(image.band(b).step_by(stride))).collect();
         self.times.colours = start.elapsed().as_secs_f64();
@@ -229,28 +246,26 @@ impl Picture {
         let spark = |pixel: usize| {
             let radiance = |b: usize| light[b * size + pixel];
             if (0..bands).all(|b| radiance(b) == 0.0) {
-                return Color32::TRANSPARENT;
+                return TRANSPARENT;
             }
             let (column, row) = (pixel % camera.width, pixel / camera.width);
             let (x, y) = (column * image.width / camera.width, row * image.height / camera.height);
-            let [r, g, b] = code(tone.palette.rgb((0..bands).map(|b| radiance(b) + image.at(b, y, x))));
-            let with = Color32::from_rgb(r, g, b);
+            let with = opaque(code(tone.palette.rgb((0..bands).map(|b| radiance(b) + image.at(b, y, x)))));
             // The wings of a star that nobody can see are none.
-            if with == colours[y * image.width + x] { Color32::TRANSPARENT } else { with }
+            if with == colours[y * image.width + x] { TRANSPARENT } else { with }
         };
-        let sparks = (0..size).into_par_iter().map(spark).collect();
-        self.sparks = Some(Arc::new(ColorImage::new([camera.width, camera.height], sparks)));
+        let colours = (0..size).into_par_iter().map(spark).collect();
+        self.sparks = Some(Arc::new(Overlay { size: [camera.width, camera.height], colours }));
         self.times.stars = start.elapsed().as_secs_f64();
         Ok(())
     }
 
     /// Colours of what `other` differs from this, amplified; both as this one is shown.
-    pub fn difference(&self, other: &Self) -> Vec<Color32> {
+    pub fn difference(&self, other: &Self) -> Vec<Rgba> {
         let (ours, other) = (self.tone.picture(self.seen()), self.tone.picture(other.seen()));
         let one = |(a, b): (&[f64; 3], &[f64; 3])| {
             let amplified = |i: usize| (f64::from(AMPLIFIED) * (a[i] - b[i]).abs()).min(1.0);
-            let [r, g, b] = std::array::from_fn(|i| (amplified(i) * 255.0 + 0.5) as u8);
-            Color32::from_rgb(r, g, b)
+            opaque(std::array::from_fn(|i| (amplified(i) * 255.0 + 0.5) as u8))
         };
         ours.iter().zip(&other).map(one).collect()
     }

@@ -166,41 +166,6 @@ fn pictures_are_recorded() {
     assert!(failed.unwrap_err().to_string().contains("perspective") && shown.last() == Some(&(Refinement::Settled, 2)));
 }
 
-/// A device of software or a real one, and how to take it away.
-fn device() -> (Gpu, eframe::wgpu::Device) {
-    use eframe::wgpu;
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let opened = pollster::block_on(async {
-        let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await.ok()?;
-        let (device, queue) = adapter.request_device(&barnard_gpu::device_descriptor(&adapter)).await.ok()?;
-        Some((Gpu::shared(&adapter, device.clone(), queue)?, device))
-    });
-    opened.expect("this test needs a graphics adapter; software Vulkan (mesa-vulkan-drivers) is one")
-}
-
-/// The picture of a device is that of the processor to the accuracy that both are planned for. When a device is
-/// lost, the user is notified and the processor takes over.
-#[test]
-#[ignore = "needs a graphics adapter: --include-ignored"]
-fn devices_make_the_same_pictures() {
-    let (gpu, device) = device();
-    let mut document = Document::builtin("barres_neyret", 1 << 32).unwrap();
-    let last = |studio: &mut Studio, document: &Document| served(studio, &order(document, (48, 32), false)).pop().unwrap().1;
-    let mut studio = Studio::new(cpu::ENTRY, None, Control::default());
-    studio.take(&gpu);
-    let (on_device, on_processor) = (last(&mut studio, &document), last(&mut Studio::new(cpu::ENTRY, None, Control::default()), &document));
-    assert!(on_device.backend.starts_with("gpu: ") && on_processor.backend == "cpu", "{}", on_device.backend);
-    for band in 0..3 {
-        let difference = on_device.image.relative_rmse(band, &on_processor.image, band);
-        assert!((1e-9..1e-3).contains(&difference), "band {band}: {difference}");
-    }
-    device.destroy();
-    document.apply(Edit::set("star.0", "temperature", "4000 K")).unwrap();
-    let after = last(&mut studio, &document);
-    assert!(after.backend.starts_with("cpu, since "), "{}", after.backend);
-    assert!(after.image.samples == last(&mut Studio::new(cpu::ENTRY, None, Control::default()), &document).image.samples);
-}
-
 /// A worker that is closed gives up its first look as well.
 #[test]
 fn closing_stops_a_first_look() {

@@ -80,7 +80,8 @@ impl Edit {
         Self { name: name.into(), ..self }
     }
 
-    pub(crate) fn apply(self, document: &mut DocumentMut) {
+    /// Applies the edit to the tables of a text.
+    pub fn apply(self, document: &mut DocumentMut) {
         (self.apply)(document);
     }
 }
@@ -113,7 +114,7 @@ pub fn table<'a>(root: &'a Table, place: &str) -> Option<&'a dyn TableLike> {
 }
 
 /// The table at `place`, to be changed.
-pub(crate) fn table_mut<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
+pub fn table_mut<'a>(root: &'a mut Table, place: &str) -> Option<&'a mut dyn TableLike> {
     let mut table: &mut dyn TableLike = root;
     let mut steps = place.split('.').filter(|s| !s.is_empty()).peekable();
     while let Some(step) = steps.next() {

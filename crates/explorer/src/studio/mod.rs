@@ -1,7 +1,7 @@
 //! Render thread: plans that are kept, marches at several sizes, colours.
 
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 use barnard::backend::{self, Backend, BackendEntry, Job, Radiance, Renderer};
 use barnard::cache::Cache;
@@ -12,7 +12,6 @@ use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::plates::{Reach, binds_dust};
 use barnard::scene::Scene;
 use barnard::{Error, Plates, Result};
-use barnard_gpu::{Auto, Gpu, GpuError, OnDevice, Ordinates, Tuning};
 use spectra::fingerprint::Fingerprint;
 
 use crate::exposure::Exposure;
@@ -73,25 +72,29 @@ impl Last {
     }
 }
 
+/// A device that is lent to a studio.
+pub struct LentDevice {
+    /// Opens a back end on it.
+    pub backend: Box<dyn Fn() -> Box<dyn Backend> + Send>,
+    /// Sweeps light of more than one scattering on it, where that is faster.
+    pub sweeper: Option<Arc<dyn Sweeper>>,
+}
+
 /// The maker of back ends, one for each kind of plan of each view.
 struct Opener {
     /// The one where there is no device.
     backend: BackendEntry,
-    /// The device that pictures are rendered on as long as it does.
-    gpu: Option<Gpu>,
+    /// The device that pictures are rendered on.
+    device: Option<LentDevice>,
 }
 
 impl Opener {
     /// The back end that is kept, or one that is opened now.
     fn backend_in<'a>(&self, slot: &'a mut Option<Box<dyn Backend>>, scene: &Scene) -> Result<&'a mut dyn Backend> {
-        let backend = match (slot.take(), &self.gpu) {
+        let backend = match (slot.take(), &self.device) {
             (Some(backend), _) => backend,
             (None, None) => (self.backend.open)(scene)?,
-            (None, Some(gpu)) => {
-                // The device is the window's, as a rule: without it there is none to open again.
-                let gone = || Err(GpuError::NoAdapter);
-                Box::new(Auto::on(OnDevice::new(gpu.clone(), Tuning::default()).reopened_by(gone)))
-            }
+            (None, Some(device)) => (device.backend)(),
         };
         Ok(&mut **slot.insert(backend))
     }
@@ -100,8 +103,6 @@ impl Opener {
 /// The workshop of pictures: what is kept of all views.
 pub struct Studio {
     opener: Opener,
-    /// The device that sweeps light of more than one scattering, where there is one.
-    sweeper: Option<Arc<dyn Sweeper>>,
     /// Cache of results between runs, if any.
     cache: Option<Arc<dyn Cache>>,
     /// Stops a first look when the window closes.
@@ -116,19 +117,22 @@ pub struct Studio {
 impl Studio {
     /// A studio with a back end and a cache between runs, if any; `closing` stops all that it does.
     pub fn new(backend: BackendEntry, cache: Option<Arc<dyn Cache>>, closing: Control) -> Self {
-        Self { opener: Opener { backend, gpu: None }, sweeper: None, cache, closing, stands: Vec::new(), rate: FIRST_RATE, fixed: 0.0 }
+        Self { opener: Opener { backend, device: None }, cache, closing, stands: Vec::new(), rate: FIRST_RATE, fixed: 0.0 }
     }
 
-    /// Has pictures rendered on `gpu` from now on.
-    pub fn take(&mut self, gpu: &Gpu) {
-        if self.opener.gpu.is_none() {
-            (self.opener.gpu, self.sweeper) = (Some(gpu.clone()), Ordinates::if_faster(gpu));
-            self.stands.iter_mut().for_each(|stand| (stand.quick, stand.slow) = (None, None));
-        }
+    /// Has pictures rendered on a device from now on.
+    pub fn take(&mut self, device: LentDevice) {
+        self.opener.device = Some(device);
+        self.stands.iter_mut().for_each(|stand| (stand.quick, stand.slow) = (None, None));
+    }
+
+    /// True if pictures are rendered on a device.
+    pub fn has_device(&self) -> bool {
+        self.opener.device.is_some()
     }
 
     fn options(&self, memory_limit: u64) -> Options {
-        Options::within(memory_limit).with_sweeper(self.sweeper.clone())
+        Options::within(memory_limit).with_sweeper(self.opener.device.as_ref().and_then(|device| device.sweeper.clone()))
     }
 
     /// Renders requests from coarse to fine; `show` receives every stage. A picture that is only shown in
@@ -147,7 +151,7 @@ impl Studio {
         self.stands.resize_with(order.views.len(), Stand::default);
         let mut reached = self.shown_again(order, show);
         let asked = pixels(&order.camera) * order.views.len() as f64;
-        let pace = if self.opener.gpu.is_some() { ON_DEVICE } else { ON_PROCESSOR };
+        let pace = if self.has_device() { ON_DEVICE } else { ON_PROCESSOR };
         let budget = (pace.all - self.fixed).clamp(pace.rays.1, pace.rays.0);
         let mut scale = (asked / (self.rate * budget)).sqrt().max(1.0);
         if reached.is_none()
