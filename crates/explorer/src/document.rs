@@ -79,6 +79,7 @@ impl Document {
         match origin {
             Origin::Builtin(name) => Self::builtin(name, memory_limit),
             Origin::File(path) => Self::open(path, memory_limit),
+            Origin::Text(name) => Err(barnard::Error::missing(format!("the text of {name}"), "paste it again")),
         }
     }
 
@@ -99,6 +100,14 @@ impl Document {
         let text = barnard_files::read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         Self::new(Origin::File(path.to_owned()), text, Arc::new(SceneFiles::in_folder(folder)), memory_limit)
+    }
+
+    /// A text without a file. The files that it names are those of built-in scenes.
+    ///
+    /// # Errors
+    /// Errors of `barnard check`.
+    pub fn from_text(name: &str, text: String, memory_limit: u64) -> Result<Self> {
+        Self::new(Origin::Text(name.to_owned()), text, builtin::files(), memory_limit)
     }
 
     fn new(origin: Origin, text: String, files: Arc<SceneFiles>, memory_limit: u64) -> Result<Self> {
@@ -182,6 +191,16 @@ impl Document {
             heard(None);
         });
         self.refining = Some(Refining { physics: self.physics, control, done, failure: None });
+    }
+
+    /// Computes exactly what is known roughly, before it returns.
+    ///
+    /// # Errors
+    /// If it cannot be computed, or `control` stops it.
+    pub fn refine_now(&mut self, control: &Control) -> Result<()> {
+        let reading = read(&self.origin, &self.text, &self.loader.under(control).at(self.moment), self.opening)?;
+        self.take(reading);
+        Ok(())
     }
 
     /// Takes what was refined, where it is there; true where the scene has changed.
@@ -372,7 +391,7 @@ impl Document {
         let folder = |path: &Path| std::path::absolute(path).ok().and_then(|p| p.parent().map(Path::to_owned)).unwrap_or_default();
         let moved = match &self.origin {
             Origin::File(before) => folder(before) != folder(path),
-            Origin::Builtin(_) => {
+            Origin::Builtin(_) | Origin::Text(_) => {
                 self.files.write_embedded(&folder(path))?;
                 false
             }

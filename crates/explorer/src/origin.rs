@@ -9,6 +9,8 @@ pub enum Origin {
     Builtin(&'static str),
     /// A file at this path.
     File(PathBuf),
+    /// A text of this name, without a file.
+    Text(String),
 }
 
 impl Origin {
@@ -16,6 +18,7 @@ impl Origin {
     pub fn name(&self) -> String {
         match self {
             Origin::Builtin(name) => (*name).to_owned(),
+            Origin::Text(name) => name.clone(),
             Origin::File(path) => path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
         }
     }
@@ -24,6 +27,7 @@ impl Origin {
     pub(crate) fn names(&self) -> (String, String) {
         match self {
             Origin::Builtin(name) => (format!("built-in {name}"), (*name).to_owned()),
+            Origin::Text(name) => (name.clone(), name.clone()),
             Origin::File(path) => {
                 (path.display().to_string(), path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default())
             }

@@ -87,7 +87,7 @@ impl Files {
     pub fn ask(&mut self, purpose: Purpose, document: &Document) {
         let document_folder = match document.origin() {
             Origin::File(path) => path.parent().map(Path::to_owned),
-            Origin::Builtin(_) => None,
+            Origin::Builtin(_) | Origin::Text(_) => None,
         };
         let folder =
             self.folder.clone().or(document_folder).filter(|f| f.is_dir()).or_else(|| std::env::current_dir().ok()).unwrap_or_default();

@@ -50,6 +50,7 @@ fn locked(path: &Path) -> Option<File> {
 fn named(origin: &Origin) -> String {
     match origin {
         Origin::Builtin(name) => format!("built-in {name}"),
+        Origin::Text(name) => name.clone(),
         Origin::File(path) => std::path::absolute(path).unwrap_or_else(|_| path.clone()).display().to_string(),
     }
 }

@@ -441,5 +441,15 @@ pub(crate) fn distinct_names(image: &Image) -> Vec<String> {
 
 /// The time now as ISO 8601 has it, in UTC: 2026-11-22T21:09:33.
 pub(crate) fn now() -> String {
-    humantime::format_rfc3339_seconds(SystemTime::now()).to_string().replace('Z', "")
+    humantime::format_rfc3339_seconds(clock()).to_string().replace('Z', "")
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn clock() -> SystemTime {
+    SystemTime::now()
+}
+
+#[cfg(target_family = "wasm")]
+fn clock() -> SystemTime {
+    SystemTime::UNIX_EPOCH + web_time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
 }

@@ -158,7 +158,7 @@ impl App {
     pub fn save(&mut self) {
         match self.model.document.origin().clone() {
             Origin::File(path) => self.save_to(path),
-            Origin::Builtin(_) => self.files.ask(Purpose::SaveScene, &self.model.document),
+            Origin::Builtin(_) | Origin::Text(_) => self.files.ask(Purpose::SaveScene, &self.model.document),
         }
     }
 

@@ -1,0 +1,12 @@
+//! Barnard in a browser: the engine and the explorer's document, view and pictures as WebAssembly.
+//!
+//! The page (`www/`) has two workers with an [`Explorer`] each. One makes quick pictures while things move, the other
+//! the final one; it is ended where the scene changes before it is done, since a worker hears nothing while it computes.
+
+mod catalogue;
+mod explorer;
+mod progress;
+mod state;
+
+pub use catalogue::{catalogue, thumbnail};
+pub use explorer::Explorer;

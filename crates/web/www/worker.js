@@ -1,0 +1,49 @@
+// An explorer in a worker. A message is { id, steps: [[method, ...arguments], ...] }; the answer has the result of the last step.
+// Pictures and progress are messages of their own, with the number of the message that asked for them.
+"use strict";
+if (typeof wasm_bindgen === "undefined") importScripts("barnard.js");
+
+let explorer = null;
+let current = 0;
+
+const show = (picture) => {
+  const buffers = [picture.pixels.buffer];
+  if (picture.sparks) buffers.push(picture.sparks[2].buffer);
+  postMessage({ id: current, picture }, buffers);
+};
+let told = 0;
+const hear = (stage, share) => {
+  const now = performance.now();
+  if (now - told < 100 && share < 1) return;
+  told = now;
+  postMessage({ id: current, stage, share });
+};
+
+const own = {
+  start: (module) => { wasm_bindgen.initSync({ module }); },
+  catalogue: () => JSON.parse(wasm_bindgen.catalogue()),
+  thumbnail: (name) => wasm_bindgen.thumbnail(name),
+  builtin: (name) => take(wasm_bindgen.Explorer.builtin(name)),
+  open: (name, text) => take(new wasm_bindgen.Explorer(name, text)),
+  state: () => JSON.parse(explorer.state()),
+  probe: (x, y) => JSON.parse(explorer.probe(x, y)),
+  refine: () => explorer.refine(hear),
+  render: (width, height, moving) => explorer.render(width, height, moving, show, hear),
+};
+
+function take(opened) {
+  if (explorer) explorer.free();
+  explorer = opened;
+}
+
+onmessage = ({ data: { id, steps } }) => {
+  current = id;
+  try {
+    let result;
+    for (const [method, ...args] of steps) result = own[method] ? own[method](...args) : explorer[method](...args);
+    postMessage({ id, result });
+  } catch (error) {
+    // A trap leaves the engine in no state to go on.
+    postMessage({ id, error: error.message || String(error), fatal: error instanceof WebAssembly.RuntimeError });
+  }
+};
