@@ -45,8 +45,8 @@ fn expressions(page: &mut String) {
         "\n**Expressions** have `+ - * / ^` and parentheses with the usual precedence (−x² is −(x²); the ambiguous `a^b^c` and `a/-b` are errors), \
          numbers such as `1e-3`, functions {}, of two arguments {} (`step(a, edge)` is 1 where a ≥ edge; `ln` is natural), x, y, z in pc, and pi. \
          Names of fields have letters, digits and _, and must differ from these.",
-        functions(&field::FUNCTIONS),
-        functions(&field::FUNCTIONS_OF_TWO)
+        functions(&field::functions()),
+        functions(&field::functions_of_two())
     );
 }
 

@@ -1,5 +1,6 @@
 //! An explorer of one scene.
 
+use barnard::Error;
 use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard_explorer::comparison;
@@ -17,7 +18,10 @@ use wasm_bindgen::prelude::{JsError, JsValue, wasm_bindgen};
 use crate::{progress, state};
 
 /// Most bytes of a plan: a browser gives four billion to all.
-const MEMORY_LIMIT: u64 = 1 << 30;
+const MEMORY_LIMIT: u64 = 2 << 30;
+/// Voxels along the longest edge of gas that takes too much memory: tried at first, and at least.
+const MOST_VOXELS: u32 = 288;
+const LEAST_VOXELS: u32 = 64;
 /// Most pixels along an edge of a picture.
 const LARGEST: u32 = 8192;
 
@@ -50,7 +54,7 @@ impl Explorer {
         Ok(Self {
             flight: Flight::of(document.scene()),
             document,
-            studio: Studio::new(cpu::ENTRY, None, Control::default()),
+            studio: Studio::new(cpu::ENTRY, None, Control::default()).without_plates(),
             exposure: 0,
             shown: None,
         })
@@ -140,6 +144,9 @@ impl Explorer {
     }
 
     /// Measures black and white anew.
+    ///
+    /// # Errors
+    /// If the text without levels is no scene.
     pub fn expose(&mut self) -> Result<()> {
         self.exposure += 1;
         let automatic = Edit::remove("display", "white").and(Edit::remove("display", "black"));
@@ -215,14 +222,25 @@ impl Explorer {
     }
 
     /// Computes the gas exactly where it is known roughly. `heard` is called with the stage and the finished share \[1\].
+    /// Gas that takes more memory than a browser has is computed on fewer voxels, by an edit of this explorer's text alone; the result is
+    /// their number along the longest edge, if so.
     ///
     /// # Errors
     /// If it cannot be computed.
-    pub fn refine(&mut self, heard: &Function) -> Result<()> {
-        if self.document.is_rough() {
-            self.document.refine_now(&progress::control(heard)).map_err(failed)?;
+    pub fn refine(&mut self, heard: &Function) -> Result<Option<u32>> {
+        let mut voxels = None;
+        while self.document.is_rough() {
+            match self.document.refine_now(&progress::control(heard)) {
+                Ok(()) => {}
+                Err(Error::Memory { .. }) if voxels.is_none_or(|voxels| voxels > LEAST_VOXELS) => {
+                    let fewer = voxels.map_or(MOST_VOXELS, |voxels| voxels * 2 / 3);
+                    self.document.apply(Edit::set("gas", "voxels", i64::from(fewer))).map_err(failed)?;
+                    voxels = Some(fewer);
+                }
+                Err(error) => return Err(failed(error)),
+            }
         }
-        Ok(())
+        Ok(voxels)
     }
 
     /// Makes pictures of `width` × `height` pixels, from coarse to fine: a single quick one where things are moving, and the one of

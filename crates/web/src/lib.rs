@@ -5,8 +5,10 @@
 
 mod catalogue;
 mod explorer;
+mod panics;
 mod progress;
 mod state;
 
 pub use catalogue::{catalogue, thumbnail};
 pub use explorer::Explorer;
+pub use panics::{catch_panics, last_panic};

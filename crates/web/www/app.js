@@ -162,8 +162,17 @@ async function finish() {
     const open = fineName === opened ? ["replace", text] : ["open", state.name, text];
     fineName = opened;
     const engine = fine;
-    const steps = [open, ...(moment ? [["moment", moment]] : []), ["home"], ["refine"], ["render", width, height, false]];
-    await engine.call(steps, (picture) => current() && paint(picture, engine), (stage, share) => current() && progress(stage, share));
+    const seen = (picture) => current() && paint(picture, engine);
+    const heard = (stage, share) => current() && progress(stage, share);
+    const render = ["render", width, height, false];
+    await engine.call([open, ...(moment ? [["moment", moment]] : []), ["home"], render], seen, heard);
+    // Gas that is known roughly is shown in all pixels before it is computed exactly.
+    if (state.rough && current()) {
+      const voxels = await engine.call([["refine"]], seen, heard);
+      if (!current()) return;
+      await engine.call([render], seen, heard);
+      if (voxels && current()) status(`${$("status").textContent}, gas on ${voxels} voxels: a browser lacks the memory for more`);
+    }
   } catch (error) {
     if (current()) fail(error.message);
   }

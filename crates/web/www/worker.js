@@ -44,6 +44,8 @@ onmessage = ({ data: { id, steps } }) => {
     postMessage({ id, result });
   } catch (error) {
     // A trap leaves the engine in no state to go on.
-    postMessage({ id, error: error.message || String(error), fatal: error instanceof WebAssembly.RuntimeError });
+    const fatal = error instanceof WebAssembly.RuntimeError;
+    const words = (fatal && wasm_bindgen.last_panic()) || error.message || String(error);
+    postMessage({ id, error: words, fatal });
   }
 };

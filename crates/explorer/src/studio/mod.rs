@@ -108,6 +108,8 @@ pub struct Studio {
     /// Stops a first look when the window closes.
     closing: Control,
     stands: Vec<Stand>,
+    /// True if plates of settled pictures are made while nothing else is to be done.
+    keeps_plates: bool,
     /// Pixels a second of quick plans, marched and coloured.
     rate: f64,
     /// Time of the last preview without its rays: plan and stars [s].
@@ -117,7 +119,22 @@ pub struct Studio {
 impl Studio {
     /// A studio with a back end and a cache between runs, if any; `closing` stops all that it does.
     pub fn new(backend: BackendEntry, cache: Option<Arc<dyn Cache>>, closing: Control) -> Self {
-        Self { opener: Opener { backend, device: None }, cache, closing, stands: Vec::new(), rate: FIRST_RATE, fixed: 0.0 }
+        Self {
+            opener: Opener { backend, device: None },
+            cache,
+            closing,
+            stands: Vec::new(),
+            keeps_plates: true,
+            rate: FIRST_RATE,
+            fixed: 0.0,
+        }
+    }
+
+    /// Variant that keeps no plates of settled pictures: orders end with the picture.
+    #[must_use]
+    pub fn without_plates(mut self) -> Self {
+        self.keeps_plates = false;
+        self
     }
 
     /// Has pictures rendered on a device from now on.
@@ -184,7 +201,7 @@ impl Studio {
                 return Err(failure);
             }
         }
-        self.keep_plates(order, control)
+        if self.keeps_plates { self.keep_plates(order, control) } else { Ok(()) }
     }
 
     /// Final pictures of all views. One that cannot be recorded is shown as it is, with the reason.

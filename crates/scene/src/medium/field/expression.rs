@@ -9,13 +9,12 @@
 
 use std::sync::Arc;
 
-use exmex::prelude::*;
 use glam::DVec3;
 use spectra::fingerprint::Digest;
 
-use super::formula::normalised;
-use super::operators::{FieldOperators, Term};
-use super::program::Program;
+use super::formula::{Parsed, parse};
+use super::operators::{Binary, Unary};
+use super::program::{Operation, Program};
 use super::support::{Support, support};
 use super::{Field, Grid, Lattice, fingerprint};
 use crate::cache::Cache;
@@ -35,8 +34,6 @@ pub struct Expression {
 /// A formula that was parsed.
 #[derive(Debug)]
 pub(super) struct Formula {
-    /// The formula as the parser reads it.
-    normalised: String,
     /// Names of its variables, sorted.
     pub(super) names: Vec<String>,
     pub(super) program: Program,
@@ -61,12 +58,13 @@ pub(super) fn parsed(formula: &str) -> std::result::Result<Formula, String> {
         return Err(format!("the expression has {} characters; at most {MAX_LENGTH} are supported", formula.len()));
     }
     let wrong = |e: String| format!("\"{formula}\" is not a valid expression: {e}");
-    let normalised = normalised(formula).map_err(wrong)?;
-    let flat = FlatEx::<Term, FieldOperators>::parse(&normalised).map_err(|e| wrong(e.to_string()))?;
-    let names = flat.var_names().to_vec();
-    let term = flat.eval(&(0..names.len()).map(Term::Variable).collect::<Vec<_>>()).map_err(|e| wrong(e.to_string()))?;
-    let jumps = ["step", "floor", "ceil"].iter().any(|name| normalised.contains(&format!("{name}(")));
-    Ok(Formula { normalised, names, program: Program::new(&term), jumps })
+    let Parsed { names, term } = parse(formula).map_err(wrong)?;
+    let program = Program::new(&term);
+    let jumps = program
+        .operations()
+        .iter()
+        .any(|operation| matches!(operation, Operation::Two(Binary::Step, ..) | Operation::One(Unary::Floor | Unary::Ceil, _)));
+    Ok(Formula { names, program, jumps })
 }
 
 /// The axis that a variable is: x, y or z.
@@ -214,7 +212,7 @@ impl Expression {
 
 impl Field for Expression {
     fn content(&self, digest: &mut Digest) {
-        digest.text(&self.formula.normalised).plain(&self.bounds);
+        digest.plain(&self.formula.program).plain(&self.formula.names).plain(&self.bounds);
         for variable in &self.variables {
             match variable {
                 Variable::Field(field) => field.content(digest.text("field")),
@@ -302,8 +300,8 @@ mod tests {
     fn samples_are_the_values_themselves() {
         let places: Vec<DVec3> =
             (0..150).map(|i| DVec3::new(0.01 * i as f64 - 0.3, (i as f64).sin(), 0.9 * (0.3 * i as f64).cos())).collect();
-        let one_argument = super::super::formula::FUNCTIONS.iter().map(|name| format!("a * {name}(x + 2) + b"));
-        let two_arguments = super::super::formula::FUNCTIONS_OF_TWO.iter().map(|name| format!("a * {name}(x, 0.4*y)"));
+        let one_argument = super::super::formula::functions().into_iter().map(|name| format!("a * {name}(x + 2) + b"));
+        let two_arguments = super::super::formula::functions_of_two().into_iter().map(|name| format!("a * {name}(x, 0.4*y)"));
         let operators = ["a^2*x - b/(y+3)", "-(a^x) + z^3", "a*(x-y)^2"].map(String::from);
         for formula in one_argument.chain(two_arguments).chain(operators) {
             let expression = parse(&formula).unwrap();

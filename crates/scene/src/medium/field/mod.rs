@@ -42,7 +42,7 @@ pub use column::column;
 pub use cuboid::Cuboid;
 pub use expression::Expression;
 pub use fbm::Fbm;
-pub use formula::{FUNCTIONS, FUNCTIONS_OF_TWO, check_name};
+pub use formula::{check_name, functions, functions_of_two};
 pub use front::mean_share;
 pub(crate) use front::{along, filtered, largest_around, voxel_shares};
 pub use grid::Grid;

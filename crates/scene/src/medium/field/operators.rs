@@ -1,14 +1,10 @@
 //! The operators and functions of expressions, and the terms that the parser makes with them.
 
-use std::str::FromStr;
 use std::sync::Arc;
-
-use exmex::{BinOp, MakeOperators, Operator};
 
 /// A function of one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Unary {
-    Negation,
     Sqrt,
     Exp,
     Ln,
@@ -28,7 +24,6 @@ impl Unary {
     /// Its value at a number.
     pub(super) fn of(self, a: f64) -> f64 {
         match self {
-            Unary::Negation => -a,
             Unary::Sqrt => a.sqrt(),
             Unary::Exp => a.exp(),
             Unary::Ln => a.ln(),
@@ -88,62 +83,4 @@ pub(super) enum Term {
     Variable(usize),
     One(Unary, Arc<Term>),
     Two(Binary, Arc<Term>, Arc<Term>),
-}
-
-/// Value requirement of exmex; unused.
-impl Default for Term {
-    fn default() -> Self {
-        Term::Number(0.0)
-    }
-}
-
-impl FromStr for Term {
-    type Err = std::num::ParseFloatError;
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.parse().map(Term::Number)
-    }
-}
-
-/// The operators of expressions; the names of functions stand in `formula` too, which knows them before they are parsed.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct FieldOperators;
-
-impl MakeOperators<Term> for FieldOperators {
-    fn make<'a>() -> Vec<Operator<'a, Term>> {
-        macro_rules! two {
-            ($function:ident, $priority:expr) => {
-                BinOp {
-                    apply: |a, b| Term::Two(Binary::$function, Arc::new(a), Arc::new(b)),
-                    prio: $priority,
-                    is_commutative: Binary::$function.commutes(),
-                }
-            };
-        }
-        macro_rules! one {
-            ($function:ident) => {
-                |a| Term::One(Unary::$function, Arc::new(a))
-            };
-        }
-        vec![
-            Operator::make_bin_unary("+", two!(Sum, 0), |a| a),
-            Operator::make_bin_unary("-", two!(Difference, 1), one!(Negation)),
-            Operator::make_bin("*", two!(Product, 2)),
-            Operator::make_bin("/", two!(Quotient, 3)),
-            Operator::make_bin("^", two!(Power, 4)),
-            Operator::make_bin("min", two!(Min, 0)),
-            Operator::make_bin("max", two!(Max, 0)),
-            Operator::make_bin("step", two!(Step, 0)),
-            Operator::make_unary("sqrt", one!(Sqrt)),
-            Operator::make_unary("exp", one!(Exp)),
-            Operator::make_unary("ln", one!(Ln)),
-            Operator::make_unary("log10", one!(Log10)),
-            Operator::make_unary("abs", one!(Abs)),
-            Operator::make_unary("sin", one!(Sin)),
-            Operator::make_unary("cos", one!(Cos)),
-            Operator::make_unary("tan", one!(Tan)),
-            Operator::make_unary("tanh", one!(Tanh)),
-            Operator::make_unary("floor", one!(Floor)),
-            Operator::make_unary("ceil", one!(Ceil)),
-        ]
-    }
 }

@@ -101,7 +101,6 @@ simd! {
     /// A function of one number at each place; those that a processor has itself have loops of their own.
     fn one(function: Unary, a: &[f64], out: &mut [f64]) {
         match function {
-            Unary::Negation => each(a, out, |a| -a),
             Unary::Sqrt => each(a, out, f64::sqrt),
             Unary::Abs => each(a, out, f64::abs),
             Unary::Power(2) => each(a, out, |a| a * a),
@@ -136,16 +135,11 @@ fn pairs(a: &[f64], b: &[f64], out: &mut [f64], f: impl Fn(f64, f64) -> f64) {
 
 #[cfg(test)]
 mod tests {
-    use exmex::prelude::*;
-
     use super::*;
-    use crate::field::formula::normalised;
-    use crate::field::operators::FieldOperators;
+    use crate::field::formula::parse;
 
     fn program(formula: &str) -> Program {
-        let parsed = FlatEx::<Term, FieldOperators>::parse(&normalised(formula).unwrap()).unwrap();
-        let variables: Vec<Term> = (0..parsed.var_names().len()).map(Term::Variable).collect();
-        Program::new(&parsed.eval(&variables).unwrap())
+        Program::new(&parse(formula).unwrap().term)
     }
 
     /// Functions in a formula, as it is done: no number among them, none twice.
