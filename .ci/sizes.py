@@ -6,7 +6,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).parent.parent
 # Crates that `cargo run --release` compiles, Barnard's own among them.
-MOST_CRATES = 163
+MOST_CRATES = 158
 MOST_LINES = 450
 # Longer files and their lines: split them, then lower or delete their row.
 LONGER = {

@@ -11,14 +11,15 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use barnard::Result;
 use barnard::cache::Cache;
 use barnard::control::Control;
-use barnard::scene::{Loader, Part, Provenance, RayTracer, Scene, Star};
+use barnard::scene::{Loader, RayTracer, Scene, Star};
 use barnard::sequence::{Follower, Sequence};
 use barnard_files::{SceneFiles, builtin, toml};
-use spectra::fingerprint::{Digest, Fingerprint};
+use spectra::fingerprint::Fingerprint;
 use toml_edit::DocumentMut;
 
 use crate::edit::{Edit, count};
 pub use crate::origin::Origin;
+use crate::reading::{Reading, edited, physics, read};
 
 /// Texts that can be gone back to, at most; and their bytes.
 const PAST: (usize, usize) = (1000, 64 << 20);
@@ -60,14 +61,6 @@ impl Drop for Refining {
     fn drop(&mut self) {
         self.control.interrupt();
     }
-}
-
-/// A text and what it says.
-struct Reading {
-    toml: DocumentMut,
-    scene: Arc<Scene>,
-    physics: Fingerprint,
-    followed: Option<Follower>,
 }
 
 impl Document {
@@ -421,36 +414,4 @@ impl Document {
         crate::edit::rebase_files(toml.as_table_mut(), &|file| self.files.path(file));
         toml.to_string()
     }
-}
-
-fn read(origin: &Origin, text: &str, loader: &Loader, opening: u64) -> Result<Reading> {
-    let (file, name) = origin.names();
-    let properties = toml::properties(&file, text)?;
-    let scene = Scene::from_properties(&properties, &name, loader)?;
-    let files = if let Origin::File(path) = origin { vec![path.clone()] } else { Vec::new() };
-    let scene = scene.with_provenance(Provenance { text: text.into(), files });
-    let mut followed = None;
-    if scene.timeline.is_some() {
-        let sequence = Sequence::new(properties, loader.clone(), &scene)?;
-        followed = Some(Follower::new(&sequence));
-    }
-    let physics = physics(&scene, opening);
-    Ok(Reading { toml: edited(text)?, scene: Arc::new(scene), physics, followed })
-}
-
-/// Fingerprint of all that a plan of a scene depends on but the camera, and of the opening of the document.
-fn physics(scene: &Scene, opening: u64) -> Fingerprint {
-    let parts = scene.parts();
-    let mut digest = Digest::new("physics");
-    digest.integer(opening).part(parts.physics());
-    // Stars of a catalogue are where the observation places them.
-    if scene.background.catalogue.is_some() {
-        digest.part(parts.get(Part::Observation));
-    }
-    digest.finish()
-}
-
-/// The text as edits change it.
-fn edited(text: &str) -> Result<DocumentMut> {
-    text.parse().map_err(|e: toml_edit::TomlError| toml::error(text, &e))
 }

@@ -16,6 +16,7 @@ pub mod order;
 mod origin;
 pub mod picture;
 pub mod probe;
+mod reading;
 pub mod studio;
 pub mod tracks;
 pub mod visit;

@@ -1,5 +1,7 @@
 //! Render thread: plans that are kept, marches at several sizes, colours.
 
+mod opener;
+
 use std::sync::Arc;
 use web_time::Instant;
 
@@ -7,7 +9,6 @@ use barnard::backend::{self, Backend, BackendEntry, Job, Radiance, Renderer};
 use barnard::cache::Cache;
 use barnard::camera::Camera;
 use barnard::control::Control;
-use barnard::plan::ordinates::Sweeper;
 use barnard::plan::{Options, Planned, Planner, Quality};
 use barnard::plates::{Reach, binds_dust};
 use barnard::scene::Scene;
@@ -17,6 +18,8 @@ use spectra::fingerprint::Fingerprint;
 use crate::exposure::Exposure;
 use crate::order::{Order, Refinement, View};
 use crate::picture::{Picture, Times};
+pub use opener::LentDevice;
+use opener::Opener;
 
 /// The time that a picture may take while things move [s].
 struct MotionPace {
@@ -69,34 +72,6 @@ struct Last {
 impl Last {
     fn is_of(&self, view: &View) -> bool {
         self.physics == view.physics && self.recorded == view.recorded
-    }
-}
-
-/// A device that is lent to a studio.
-pub struct LentDevice {
-    /// Opens a back end on it.
-    pub backend: Box<dyn Fn() -> Box<dyn Backend> + Send>,
-    /// Sweeps light of more than one scattering on it, where that is faster.
-    pub sweeper: Option<Arc<dyn Sweeper>>,
-}
-
-/// The maker of back ends, one for each kind of plan of each view.
-struct Opener {
-    /// The one where there is no device.
-    backend: BackendEntry,
-    /// The device that pictures are rendered on.
-    device: Option<LentDevice>,
-}
-
-impl Opener {
-    /// The back end that is kept, or one that is opened now.
-    fn backend_in<'a>(&self, slot: &'a mut Option<Box<dyn Backend>>, scene: &Scene) -> Result<&'a mut dyn Backend> {
-        let backend = match (slot.take(), &self.device) {
-            (Some(backend), _) => backend,
-            (None, None) => (self.backend.open)(scene)?,
-            (None, Some(device)) => (device.backend)(),
-        };
-        Ok(&mut **slot.insert(backend))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Files in and out. A format is one file and one row of [`READERS`] or [`WRITERS`], chosen by the name's extension.
 
 mod avm;
+mod clock;
 mod colours;
 mod exr;
 mod fits;
@@ -20,7 +21,6 @@ mod write;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
-use std::time::SystemTime;
 
 pub use fits::{ImagePlane, MASK_PREFIX, Observed, Sky, columns as fits_columns, observed, sky_of};
 pub use gather::part_of;
@@ -437,19 +437,4 @@ pub(crate) fn distinct_names(image: &Image) -> Vec<String> {
         names.extend(numbered.into_iter().find(|n| !names.contains(n)));
     }
     names
-}
-
-/// The time now as ISO 8601 has it, in UTC: 2026-11-22T21:09:33.
-pub(crate) fn now() -> String {
-    humantime::format_rfc3339_seconds(clock()).to_string().replace('Z', "")
-}
-
-#[cfg(not(target_family = "wasm"))]
-fn clock() -> SystemTime {
-    SystemTime::now()
-}
-
-#[cfg(target_family = "wasm")]
-fn clock() -> SystemTime {
-    SystemTime::UNIX_EPOCH + web_time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
 }

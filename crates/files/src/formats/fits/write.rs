@@ -11,7 +11,8 @@ use barnard::observation::RadianceUnit;
 
 use super::LAYER;
 use super::cards::{BLOCK, Cards};
-use crate::formats::{GridFile, ascii, distinct_names, failed, now};
+use crate::formats::clock::now;
+use crate::formats::{GridFile, ascii, distinct_names, failed};
 
 /// The HDU that a file begins with, without data.
 fn primary(image: &Image, keywords: &[Keyword]) -> Vec<u8> {
