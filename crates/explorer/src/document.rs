@@ -95,12 +95,12 @@ impl Document {
         Self::new(Origin::File(path.to_owned()), text, Arc::new(SceneFiles::in_folder(folder)), memory_limit)
     }
 
-    /// A text without a file. The files that it names are those of built-in scenes.
+    /// A text without a file, with the files that it names.
     ///
     /// # Errors
     /// Errors of `barnard check`.
-    pub fn from_text(name: &str, text: String, memory_limit: u64) -> Result<Self> {
-        Self::new(Origin::Text(name.to_owned()), text, builtin::files(), memory_limit)
+    pub fn from_text(name: &str, text: String, files: Arc<SceneFiles>, memory_limit: u64) -> Result<Self> {
+        Self::new(Origin::Text(name.to_owned()), text, files, memory_limit)
     }
 
     fn new(origin: Origin, text: String, files: Arc<SceneFiles>, memory_limit: u64) -> Result<Self> {

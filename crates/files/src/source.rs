@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use barnard::data::{Array, Choose, DataSource, TextTable};
 use barnard::error::{Error, Result};
@@ -17,11 +17,29 @@ use crate::{columns, paths, text_table};
 /// Files by name, each with what gives its bytes.
 pub type Embedded = &'static [(&'static str, fn() -> &'static [u8])];
 
+/// Bytes of a file in memory.
+#[derive(Debug, Clone)]
+enum FileBytes {
+    Embedded(&'static [u8]),
+    Given(Arc<[u8]>),
+}
+
+impl AsRef<[u8]> for FileBytes {
+    fn as_ref(&self) -> &[u8] {
+        match self {
+            FileBytes::Embedded(bytes) => bytes,
+            FileBytes::Given(bytes) => bytes,
+        }
+    }
+}
+
 /// The files that a scene names.
 #[derive(Debug)]
 pub struct SceneFiles {
     folder: PathBuf,
     embedded: Embedded,
+    /// Files in memory by name; they hide those compiled in.
+    given: Vec<(String, Arc<[u8]>)>,
     /// The files on disk that were read.
     read: Mutex<Vec<PathBuf>>,
     /// Names of those compiled in that were read.
@@ -31,12 +49,19 @@ pub struct SceneFiles {
 impl SceneFiles {
     /// Files are relative to `folder`.
     pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into(), embedded: &[], read: Mutex::default(), unpacked: Mutex::default() }
+        Self { folder: folder.into(), embedded: &[], given: Vec::new(), read: Mutex::default(), unpacked: Mutex::default() }
     }
 
     /// Files are those compiled in.
     pub fn embedded(files: Embedded) -> Self {
         Self { embedded: files, ..Self::in_folder("") }
+    }
+
+    /// Variant with files in memory, each with its name in scenes.
+    #[must_use]
+    pub fn with_given(mut self, files: impl IntoIterator<Item = (String, Arc<[u8]>)>) -> Self {
+        self.given.extend(files);
+        self
     }
 
     /// The path that `name` stands for.
@@ -49,13 +74,16 @@ impl SceneFiles {
         self.read.lock().map(|read| read.clone()).unwrap_or_default()
     }
 
-    /// The bytes compiled in under `name`.
-    fn unpack(&self, name: &str) -> Option<&'static [u8]> {
+    /// The bytes that are in memory under `name`.
+    fn unpack(&self, name: &str) -> Option<FileBytes> {
+        if let Some((_, bytes)) = self.given.iter().find(|(known, _)| known == name) {
+            return Some(FileBytes::Given(bytes.clone()));
+        }
         let (name, bytes) = self.embedded.iter().find(|(known, _)| *known == name)?;
         if let Ok(mut unpacked) = self.unpacked.lock() {
             unpacked.push(name);
         }
-        Some(bytes())
+        Some(FileBytes::Embedded(bytes()))
     }
 
     fn note(&self, path: PathBuf) {
@@ -97,8 +125,10 @@ impl DataSource for SceneFiles {
 
     fn text(&self, name: &str, memory_limit: u64) -> Result<Cow<'static, str>> {
         let no_text = || Error::file(self.path(name), "is not UTF-8 text");
-        if let Some(bytes) = self.unpack(name) {
-            return std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(|_| no_text());
+        match self.unpack(name) {
+            Some(FileBytes::Embedded(bytes)) => return std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(|_| no_text()),
+            Some(FileBytes::Given(bytes)) => return String::from_utf8(bytes.to_vec()).map(Cow::Owned).map_err(|_| no_text()),
+            None => {}
         }
         let path = self.path(name);
         let bytes = read_limited(&path, memory_limit)?;
@@ -108,7 +138,7 @@ impl DataSource for SceneFiles {
 
     fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
         if let Some(bytes) = self.unpack(name) {
-            return columns::read(name, bytes, memory_limit);
+            return columns::read(name, bytes.as_ref(), memory_limit);
         }
         let path = self.path(name);
         let bytes = read_limited(&path, memory_limit)?;
@@ -129,7 +159,8 @@ impl DataSource for SceneFiles {
             read(&paths::Request { bytes, path: &path, beside: &beside, most_rows })
         };
         if let Some(bytes) = self.unpack(name) {
-            return paths::reader(name).map_or_else(|| text_table::read(&label, bytes, most_rows), |read| made(bytes, read));
+            return paths::reader(name)
+                .map_or_else(|| text_table::read(&label, bytes.as_ref(), most_rows), |read| made(bytes.as_ref(), read));
         }
         if let Some(read) = paths::reader(name) {
             let table = made(&read_limited(&path, memory_limit)?, read)?;

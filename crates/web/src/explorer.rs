@@ -15,7 +15,7 @@ use barnard_files::formats::writer;
 use js_sys::{Array, Function, Object, Reflect, Uint8ClampedArray};
 use wasm_bindgen::prelude::{JsError, JsValue, wasm_bindgen};
 
-use crate::{progress, state};
+use crate::{files, progress, state};
 
 /// Most bytes of a plan: a browser gives four billion to all.
 const MEMORY_LIMIT: u64 = 2 << 30;
@@ -44,13 +44,13 @@ pub struct Explorer {
 
 #[wasm_bindgen]
 impl Explorer {
-    /// Opens a text.
+    /// Opens a text, with the files that were given.
     ///
     /// # Errors
     /// Errors of `barnard check`.
     #[wasm_bindgen(constructor)]
     pub fn new(name: &str, text: &str) -> Result<Self> {
-        let document = Document::from_text(name, text.to_owned(), MEMORY_LIMIT).map_err(failed)?;
+        let document = Document::from_text(name, text.to_owned(), files::given(), MEMORY_LIMIT).map_err(failed)?;
         Ok(Self {
             flight: Flight::of(document.scene()),
             document,

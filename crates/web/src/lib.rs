@@ -5,10 +5,12 @@
 
 mod catalogue;
 mod explorer;
+mod files;
 mod panics;
 mod progress;
 mod state;
 
 pub use catalogue::{catalogue, thumbnail};
 pub use explorer::Explorer;
+pub use files::{give, needs};
 pub use panics::{catch_panics, last_panic};

@@ -56,6 +56,8 @@ class Engine {
 
 let module, quick, fine, fineName = null;
 let state = null;
+/** Files that scenes may name, as steps of a worker. */
+const files = [];
 /** Source of the scene: [method, arguments] of the worker. */
 let opened = null;
 /** Number of the latest change: answers to earlier ones are dropped. */
@@ -156,6 +158,7 @@ async function finish() {
     if (!current()) return;
     if (!fine) {
       fine = new Engine(module);
+      await fine.call([...files, ["needs", ""]]);
       fineName = null;
     }
     const [width, height] = size();
@@ -371,7 +374,11 @@ function draw({ wavelengths, continuum }) {
 async function open(method, ...args) {
   status("Opening");
   stop();
+  stopFine();
+  fine?.end();
+  fine = null;
   try {
+    if (method === "builtin") for (const name of await quick.call([["needs", args[0]]])) await give(name, await volume(name));
     await quick.call([[method, ...args]]);
   } catch (error) {
     return fail(error.message);
@@ -387,18 +394,71 @@ async function open(method, ...args) {
 
 $("gallery-button").onclick = () => $("gallery").showModal();
 $("open-button").onclick = () => $("file").click();
+/** Gives a file to scenes that name it. */
+async function give(name, bytes) {
+  const step = ["give", name, bytes];
+  await quick.call([step]);
+  files.push(step);
+}
+
+/** Volume of a built-in scene, packed. */
+async function volume(name) {
+  const answer = await fetch(name.replace(/\.npz$/, ".packed.npz"));
+  if (!answer.ok) throw new Error(`${name} could not be read: ${answer.status} ${answer.statusText}`);
+  return new Uint8Array(await answer.arrayBuffer());
+}
+
+/** Opens a scene with the files beside it; files alone are for the scene that is open next. */
+async function takeFiles(list) {
+  try {
+    const scene = list.find((file) => /\.toml$/i.test(file.name));
+    const others = list.filter((file) => file !== scene);
+    for (const file of others) await give(file.name, new Uint8Array(await file.arrayBuffer()));
+    if (scene) return open("open", scene.name.replace(/\.toml$/i, ""), await scene.text());
+    const volume = others.find((file) => /\.(npy|npz|fits|vdb)$/i.test(file.name));
+    if (volume) return open("open", volume.name.replace(/\.\w+$/, ""), sceneOf(volume.name));
+    fail("Drop a scene (.toml), alone or with its files, or a volume (.npy, .npz, .fits, .vdb).");
+  } catch (error) {
+    fail(error.message);
+  }
+}
+
+/** A scene that shows a volume as dust, lit by a star beside it. */
+const sceneOf = (file) => `# ${file} as dust: adapt size, amount and stars.
+bands = "johnson"
+
+[camera]
+kind = "perspective"
+position = "0 0 -6 pc"
+target = "0 0 0 pc"
+field_of_view = "30 deg"
+size = [1280, 720]
+
+[field.cloud]
+kind = "grid"
+file = "${file}"
+low = "-1 -1 -1 pc"
+high = "1 1 1 pc"
+
+[dust]
+density = "cloud"
+scale = "2 mag/pc"
+
+[[star]]
+kind = "blackbody"
+position = "-1.2 1 -1.2 pc"
+temperature = "12000 K"
+luminosity = "500 Lsun"
+`;
+
 $("file").onchange = async () => {
-  const [file] = $("file").files;
-  if (file) open("open", file.name.replace(/\.toml$/, ""), await file.text());
+  await takeFiles([...$("file").files]);
   $("file").value = "";
 };
 document.ondragover = (event) => event.preventDefault();
 document.ondrop = async (event) => {
   event.preventDefault();
-  const [file] = event.dataTransfer.files;
-  if (!file) return;
-  if (!/\.toml$/i.test(file.name)) return fail(`${file.name} is no scene: drop a .toml file`);
-  open("open", file.name.replace(/\.toml$/, ""), await file.text());
+  if (event.dataTransfer.files.length) await takeFiles([...event.dataTransfer.files]);
 };
 
 $("text-button").onclick = async () => {

@@ -22,6 +22,8 @@ const hear = (stage, share) => {
 const own = {
   start: (module) => { wasm_bindgen.initSync({ module }); },
   catalogue: () => JSON.parse(wasm_bindgen.catalogue()),
+  give: (name, bytes) => wasm_bindgen.give(name, bytes),
+  needs: (name) => wasm_bindgen.needs(name).split("\n").filter(Boolean),
   thumbnail: (name) => wasm_bindgen.thumbnail(name),
   builtin: (name) => take(wasm_bindgen.Explorer.builtin(name)),
   open: (name, text) => take(new wasm_bindgen.Explorer(name, text)),

@@ -2,7 +2,9 @@
 
 mod packed;
 
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
+#[cfg(not(target_family = "wasm"))]
+use std::sync::LazyLock;
 
 use spectra::SpectraError;
 
@@ -71,6 +73,7 @@ pub const SCENES: &[BuiltinScene] = &[
 /// Names that scenes had before, and have now.
 const ALIASES: [(&str, &str); 1] = [("deck", "barres_neyret")];
 
+#[cfg(not(target_family = "wasm"))]
 macro_rules! volumes {
     ($name:literal) => {
         (concat!("volumes/", $name, ".npz"), || {
@@ -87,7 +90,10 @@ macro_rules! volumes {
 const FILES: Embedded = &[
     ("stars/local_bubble.csv", || include_bytes!("../../scenes/stars/local_bubble.csv")),
     ("stars/young_cluster.csv", || include_bytes!("../../scenes/stars/young_cluster.csv")),
+    // A page reads volumes when a scene needs them.
+    #[cfg(not(target_family = "wasm"))]
     volumes!("pillars_128"),
+    #[cfg(not(target_family = "wasm"))]
     volumes!("turbulent_cloud_128"),
 ];
 
@@ -133,9 +139,22 @@ pub fn open_with(name: &str, changes: &[Change], memory_limit: u64, prepared: im
     SceneFile::parse_with(&format!("built-in {name}"), name, entry(name)?.text.to_owned(), changes, prepared(&loader(memory_limit)))
 }
 
+/// Volume of a built-in scene from the packed file in which it is distributed.
+///
+/// # Errors
+/// If the file is damaged.
+pub fn unpacked_volume(packed: &[u8]) -> std::io::Result<Vec<u8>> {
+    packed::unpacked(packed)
+}
+
 /// The files that built-in scenes name.
 pub fn files() -> Arc<SceneFiles> {
     Arc::new(SceneFiles::embedded(FILES))
+}
+
+/// Variant with more files in memory.
+pub fn files_with(given: impl IntoIterator<Item = (String, Arc<[u8]>)>) -> Arc<SceneFiles> {
+    Arc::new(SceneFiles::embedded(FILES).with_given(given))
 }
 
 /// The loader that reads the files of built-in scenes, which are part of the program.

@@ -1,0 +1,191 @@
+"""The page in a real browser. `.ci/web` builds it; BARNARD_WEB names its folder, target/web by default."""
+
+import functools
+import http.server
+import io
+import os
+import shutil
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+browsers = pytest.importorskip("playwright.sync_api")
+fits = pytest.importorskip("astropy.io.fits")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+PAGE = Path(os.environ.get("BARNARD_WEB", Path(__file__).parents[3] / "target" / "web"))
+
+if CHROMIUM is None or not (PAGE / "barnard_bg.wasm").exists():
+    pytest.skip("NOT CHECKED: no Chromium, or no page (.ci/web builds it)", allow_module_level=True)
+
+#: Longest time until a picture [ms].
+PATIENCE = 120_000
+
+
+class Handler(http.server.SimpleHTTPRequestHandler):
+    """Files of the page, with a policy that forbids eval."""
+
+    def end_headers(self):
+        self.send_header("Content-Security-Policy", "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; img-src 'self' data: blob:")
+        super().end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture(scope="module")
+def address():
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=PAGE))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/"
+    server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with browsers.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A small page without errors in its console."""
+    page = browser.new_page(viewport={"width": 620, "height": 300}, accept_downloads=True)
+    complaints = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("console", lambda message: complaints.append(message.text) if message.type == "error" else None)
+    yield page
+    page.close()
+    assert complaints == []
+
+
+def pictures(page):
+    return int(page.evaluate("() => document.getElementById('canvas').dataset.pictures || 0"))
+
+
+def await_picture(page, quality=None, after=0):
+    page.wait_for_function(
+        "([quality, after]) => { const d = document.getElementById('canvas').dataset; return d.pictures > after && (!quality || d.quality === quality) }",
+        arg=[quality, after],
+        timeout=PATIENCE,
+    )
+
+
+def pixels(page):
+    """Colours of the canvas, height x width x 4."""
+    data = page.evaluate(
+        "() => { const c = document.getElementById('canvas'); return [c.width, c.height, Array.from(c.getContext('2d').getImageData(0, 0, c.width, c.height).data)] }"
+    )
+    return np.array(data[2], np.uint8).reshape(data[1], data[0], 4)
+
+
+def change(page, action):
+    """Colours before and after an action, when both are settled."""
+    await_picture(page, "final")
+    before, count = pixels(page), pictures(page)
+    action()
+    await_picture(page, "final", count)
+    return before, pixels(page)
+
+
+def test_a_scene_is_painted_dragged_and_recoloured(page, address):
+    page.goto(address + "?builtin=barres_neyret")
+    await_picture(page)
+    assert pixels(page)[..., :3].std() > 5
+
+    def drag():
+        page.mouse.move(200, 150)
+        page.mouse.down()
+        page.mouse.move(300, 170, steps=4)
+        page.mouse.up()
+
+    before, after = change(page, drag)
+    assert np.abs(before.astype(int) - after).mean() > 1
+    # Home is where it was; levels may have been measured at another view.
+    _, again = change(page, lambda: page.click("#home"))
+    assert np.abs(before.astype(int) - again).mean() < 0.2 * np.abs(before.astype(int) - after).mean()
+    home, other = change(page, lambda: page.select_option("#filters", "sdss"))
+    assert np.abs(home.astype(int) - other).mean() > 0.3
+    assert page.input_value("#filters") == "sdss"
+    change(page, lambda: page.click("#undo"))
+    assert page.input_value("#filters") != "sdss"
+
+
+def test_texts_are_checked_as_by_the_program(page, address):
+    page.goto(address + "?builtin=six_stars")
+    await_picture(page)
+    page.click("#text-button")
+    page.wait_for_function("() => document.getElementById('text').value.includes('[camera]')")
+    text = page.input_value("#text")
+    page.fill("#text", text.replace("temperature =", "temprature =", 1))
+    page.click("#apply")
+    page.wait_for_function("() => document.getElementById('text-problem').textContent !== ''")
+    assert "temperature" in page.text_content("#text-problem")
+    page.fill("#text", text.replace("35000 K", "3500 K", 1))
+    page.click("#apply")
+    page.wait_for_function("() => document.getElementById('text-problem').textContent === ''")
+    page.click("#close-editor")
+    page.wait_for_function("() => document.getElementById('temperature').value === '3500 K'")
+
+
+def test_pictures_are_saved_and_read_by_astropy(page, address, tmp_path):
+    page.goto(address + "?builtin=barres_neyret")
+    await_picture(page, "final")
+    with page.expect_download() as download:
+        page.click("[data-save=fits]")
+    path = tmp_path / "picture.fits"
+    download.value.save_as(path)
+    with fits.open(io.BytesIO(path.read_bytes())) as hdus:
+        hdus.verify("exception")
+        data = next(hdu.data for hdu in hdus if hdu.data is not None)
+        assert data.shape[-1] == pixels(page).shape[1] and np.isfinite(data).all() and data.max() > 0
+    page.hover("#canvas")
+    page.wait_for_function("() => document.getElementById('probe').textContent.includes('W m')")
+
+
+def test_all_built_in_scenes_are_shown(page, address):
+    page.goto(address)
+    await_picture(page)
+    names = page.eval_on_selector_all("#scenes button", "buttons => buttons.map(b => b.childNodes[1].textContent)")
+    for name in names:
+        count = pictures(page)
+        page.click("#gallery-button")
+        page.click(f"#scenes button:has-text('{name}')")
+        await_picture(page, after=count)
+        page.wait_for_function("name => new URLSearchParams(location.search).get('builtin') === name", arg=name)
+        assert page.is_hidden("#problem"), page.text_content("#problem")
+        assert pixels(page)[..., :3].max() > 40, name
+
+
+def test_volumes_are_dropped(page, address, tmp_path):
+    page.goto(address)
+    await_picture(page)
+    z, y, x = np.mgrid[-1:1:24j, -1:1:24j, -1:1:24j]
+    np.save(tmp_path / "ball.npy", np.exp(-4 * (x**2 + y**2 + z**2)).astype(np.float32))
+    count = pictures(page)
+    page.set_input_files("#file", tmp_path / "ball.npy")
+    await_picture(page, "final", count)
+    assert page.is_hidden("#problem"), page.text_content("#problem")
+    assert "ball" in page.title()
+
+
+def test_controls_have_names(page, address):
+    page.goto(address)
+    await_picture(page)
+    nameless = page.evaluate(
+        """() => [...document.querySelectorAll('button, input, select, textarea, canvas')].filter(e => !(
+            e.ariaLabel || e.labels?.length || e.textContent.trim() || e.title)).map(e => e.outerHTML)"""
+    )
+    assert nameless == []
+
+
+def test_a_page_without_an_engine_says_so(browser, address):
+    page = browser.new_page()
+    page.route("**/barnard_bg.wasm", lambda route: route.fulfill(status=200, body=b"no engine"))
+    page.goto(address)
+    page.wait_for_selector("#problem:not([hidden])")
+    assert "cannot start" in page.text_content("#problem")
+    page.close()
