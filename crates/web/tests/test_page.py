@@ -124,7 +124,7 @@ def test_texts_are_checked_as_by_the_program(page, address):
     page.click("#apply")
     page.wait_for_function("() => document.getElementById('text-problem').textContent !== ''")
     assert "temperature" in page.text_content("#text-problem")
-    page.fill("#text", text.replace("35000 K", "3500 K", 1))
+    page.fill("#text", text.replace('"35000 K"', '"3500 K"', 1))
     page.click("#apply")
     page.wait_for_function("() => document.getElementById('text-problem').textContent === ''")
     page.click("#close-editor")

@@ -67,12 +67,16 @@ let shownBy = null;
 
 // Pictures.
 
+/** Width and height of pictures: the scene's own frame, as large as fits. */
 function size() {
   const scale = Math.min(window.devicePixelRatio || 1, 2);
+  const [width, height] = state?.size || [16, 9];
+  $("view").style.setProperty("--aspect", width / height);
   const box = $("view").getBoundingClientRect();
-  const fitted = state ? Math.min(box.width / state.size[0], box.height / state.size[1]) : 1;
-  // The view is filled; what is outside the scene's own frame is seen as well.
-  return [Math.max(24, Math.round(box.width * scale)), Math.max(24, Math.round(box.height * scale)), fitted];
+  const fitted = Math.min(box.width / width, box.height / height);
+  const edges = [width, height].map((edge) => Math.max(24, Math.round(edge * fitted)));
+  [canvas.style.width, canvas.style.height] = edges.map((edge) => `${edge}px`);
+  return edges.map((edge) => Math.round(edge * scale));
 }
 
 function paint(picture, by) {
