@@ -97,9 +97,11 @@ def test_a_scene_is_painted_dragged_and_recoloured(page, address):
     assert pixels(page)[..., :3].std() > 5
 
     def drag():
-        page.mouse.move(200, 150)
+        box = page.locator("#canvas").bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
         page.mouse.down()
-        page.mouse.move(300, 170, steps=4)
+        page.mouse.move(x + box["width"] / 4, y + 10, steps=4)
         page.mouse.up()
 
     before, after = change(page, drag)
