@@ -37,7 +37,7 @@ pub struct Explorer {
     document: Document,
     flight: Flight,
     studio: Studio,
-    /// Number of times that automatic levels were asked for.
+    /// Count of requests for automatic levels.
     exposure: u64,
     shown: Option<Picture>,
 }
@@ -273,7 +273,7 @@ impl Explorer {
         failure.map_or(Ok(()), |error| Err(failed(format!("the page could not show a picture: {error:?}"))))
     }
 
-    /// Pixel of the last picture as JSON: values, optical depth, spectrum. Its place is in parts of width and height.
+    /// Values, optical depth and spectrum of a pixel of the last picture, as JSON. Coordinates are fractions of width and height \[1\].
     ///
     /// # Errors
     /// If nothing is shown yet.

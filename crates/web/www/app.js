@@ -8,7 +8,7 @@ const context = canvas.getContext("2d");
 
 /** Time without change after which the final picture is begun [ms]. */
 const REST = 350;
-/** Radians of a full turn by arrow keys are parts of the view's width. */
+/** Motion of an arrow key, as a part of the view's width [1]. */
 const KEY_STEP = 0.03;
 
 function fail(words) {
@@ -127,7 +127,7 @@ async function run() {
     pending = [];
     const [width, height] = size();
     try {
-      await quick.call(steps.some(([method]) => method !== "state") ? steps : [["state"]]);
+      await quick.call(steps);
       fail("");
     } catch (error) {
       fail(error.message);
@@ -162,7 +162,7 @@ async function finish() {
     if (!current()) return;
     if (!fine) {
       fine = new Engine(module);
-      await fine.call([...files, ["needs", ""]]);
+      if (files.length) await fine.call(files);
       fineName = null;
     }
     const [width, height] = size();
