@@ -7,16 +7,6 @@ use std::time::{Duration, Instant};
 use barnard::control::{Control, Stage};
 use indicatif::{ProgressBar, ProgressStyle};
 
-fn words(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Gas => "ionised gas",
-        Stage::StarDepths => "star depths",
-        Stage::Light => "light field",
-        Stage::Rays => "rays",
-        Stage::Frames => "frames",
-    }
-}
-
 /// Words that stand beside the progress, such as an error that falls.
 #[derive(Clone, Default)]
 pub struct Note(Arc<Mutex<String>>);
@@ -61,7 +51,7 @@ fn with_bar(note: Note) -> Control {
             if let Some((_, old, _)) = current.take() {
                 old.finish_and_clear();
             }
-            *current = Some((stage, ProgressBar::new(all).with_style(style.clone()).with_message(words(stage)), Instant::now()));
+            *current = Some((stage, ProgressBar::new(all).with_style(style.clone()).with_message(stage.name()), Instant::now()));
         }
         if let Some((_, bar, since)) = current.as_ref() {
             bar.set_length(all);
@@ -87,7 +77,7 @@ fn with_lines(note: Note) -> Control {
         if last.elapsed() > Duration::from_secs(10) {
             *last = Instant::now();
             let share = (done as f64 / all.max(1) as f64).min(1.0);
-            complain!("{}: {:.0} %  {}{}", words(stage), 100.0 * share, time_left(since.elapsed(), share), note.words());
+            complain!("{}: {:.0} %  {}{}", stage.name(), 100.0 * share, time_left(since.elapsed(), share), note.words());
         }
     })
 }

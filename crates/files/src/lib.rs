@@ -7,6 +7,7 @@
 //! the [`manual`] of the format is printed from the same rows.
 
 pub mod builtin;
+pub mod bundle;
 pub mod cache;
 pub mod catalogue;
 pub mod claim;

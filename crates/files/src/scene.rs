@@ -9,6 +9,7 @@ use barnard::properties::{Table, Value};
 use barnard::scene::{Loader, Provenance, Scene};
 use barnard::sequence::Sequence;
 
+use crate::bundle::Bundle;
 use crate::source::{SceneFiles, is_stream, read_limited};
 use crate::toml;
 
@@ -60,6 +61,13 @@ impl SceneFile {
     /// # Errors
     /// Errors of [`load_by`], and if the scene can have no such key.
     pub fn open_with(path: &Path, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
+        if Bundle::is_named_by(path) {
+            let bundle = Bundle::open(path, memory_limit)?;
+            let mut file = bundle.scene_with(&path.display().to_string(), changes, memory_limit, prepared)?;
+            let provenance = file.scene.provenance.clone().map(|provenance| Provenance { files: vec![path.to_owned()], ..provenance });
+            file.scene = file.scene.with_provenance(provenance);
+            return Ok(file);
+        }
         let text = read_text(path)?;
         // What a scene from a pipe names is in the working folder.
         let (folder, stem) = if is_stream(path) { (None, Some("scene".as_ref())) } else { (path.parent(), path.file_stem()) };

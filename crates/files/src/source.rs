@@ -64,6 +64,11 @@ impl SceneFiles {
         self
     }
 
+    /// True if a file is in memory.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.given.iter().any(|(known, _)| known == name) || self.embedded.iter().any(|(known, _)| *known == name)
+    }
+
     /// The path that `name` stands for.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
@@ -130,20 +135,24 @@ impl DataSource for SceneFiles {
             Some(FileBytes::Given(bytes)) => return String::from_utf8(bytes.to_vec()).map(Cow::Owned).map_err(|_| no_text()),
             None => {}
         }
+        String::from_utf8(self.bytes(name, memory_limit)?).map(Cow::Owned).map_err(|_| no_text())
+    }
+
+    fn bytes(&self, name: &str, memory_limit: u64) -> Result<Vec<u8>> {
+        if let Some(bytes) = self.unpack(name) {
+            return Ok(bytes.as_ref().to_vec());
+        }
         let path = self.path(name);
         let bytes = read_limited(&path, memory_limit)?;
         self.note(path);
-        String::from_utf8(bytes).map(Cow::Owned).map_err(|_| no_text())
+        Ok(bytes)
     }
 
     fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
         if let Some(bytes) = self.unpack(name) {
             return columns::read(name, bytes.as_ref(), memory_limit);
         }
-        let path = self.path(name);
-        let bytes = read_limited(&path, memory_limit)?;
-        self.note(path);
-        columns::read(name, &bytes, memory_limit)
+        columns::read(name, &self.bytes(name, memory_limit)?, memory_limit)
     }
 
     fn table(&self, name: &str, most_rows: usize, memory_limit: u64) -> Result<TextTable> {

@@ -102,6 +102,10 @@ impl DataSource for Arrays {
         self.files.text(name, memory_limit)
     }
 
+    fn bytes(&self, name: &str, memory_limit: u64) -> Result<Vec<u8>> {
+        self.files.bytes(name, memory_limit)
+    }
+
     fn columns(&self, name: &str, memory_limit: u64) -> Result<Columns> {
         self.files.columns(name, memory_limit)
     }

@@ -5,7 +5,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use barnard::control::{Control, Stage};
+use barnard::control::Control;
 use barnard::{Error, Result};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -52,16 +52,6 @@ pub fn after_fork() {
     open::after_fork();
 }
 
-fn name(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Gas => "gas",
-        Stage::StarDepths => "star depths",
-        Stage::Light => "light",
-        Stage::Rays => "rays",
-        Stage::Frames => "frames",
-    }
-}
-
 /// Does `work` on the threads of this module. Meanwhile `progress`, where there is one, is called about twenty times a
 /// second as (stage, done, all), and Ctrl-C or an exception of `progress` ends the work.
 pub fn run<T: Send>(py: Python, progress: Option<&Bound<PyAny>>, work: impl FnOnce(&Control) -> Result<T> + Send) -> PyResult<T> {
@@ -83,7 +73,7 @@ pub fn run<T: Send>(py: Python, progress: Option<&Bound<PyAny>>, work: impl FnOn
         py.check_signals()?;
         let state = state.lock().ok().and_then(|state| *state);
         if let (Some(progress), Some((stage, done, all))) = (progress, state) {
-            progress.call1((name(stage), done, all))?;
+            progress.call1((stage.name(), done, all))?;
         }
         Ok::<(), PyErr>(())
     };

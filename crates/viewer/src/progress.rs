@@ -6,13 +6,6 @@ use std::time::{Duration, Instant};
 
 use barnard::control::{Control, Stage};
 
-const STAGES: [(Stage, &str); 5] = [
-    (Stage::Gas, "ionised gas"),
-    (Stage::StarDepths, "star depths"),
-    (Stage::Light, "starlight"),
-    (Stage::Rays, "rays"),
-    (Stage::Frames, "frames"),
-];
 /// Parts of a stage, whose number stands before them.
 const PARTS: u32 = 1000;
 /// Shortest time between two reports to the window, which takes processors to draw.
@@ -27,7 +20,7 @@ impl Progress {
     pub fn control(self: &Arc<Self>, changed: impl Fn() + Send + Sync + 'static) -> Control {
         let (progress, last_report) = (self.clone(), Mutex::new(None::<Instant>));
         Control::with_listener(move |stage, done, all| {
-            let number = STAGES.iter().position(|(known, _)| *known == stage).unwrap_or(0) as u32;
+            let number = Stage::ALL.iter().position(|known| *known == stage).unwrap_or(0) as u32;
             let parts = (f64::from(PARTS) * (done as f64 / all.max(1) as f64).min(1.0)) as u32;
             progress.0.store(1 + number * (PARTS + 1) + parts, Ordering::Relaxed);
             // A thread without the lock leaves the report to the one that has it.
@@ -49,7 +42,7 @@ impl Progress {
     pub fn now(&self) -> Option<(&'static str, f32)> {
         let now = self.0.load(Ordering::Relaxed).checked_sub(1)?;
         let (stage, parts) = (now / (PARTS + 1), now % (PARTS + 1));
-        Some((STAGES[stage as usize].1, parts as f32 / PARTS as f32))
+        Some((Stage::ALL[stage as usize].name(), parts as f32 / PARTS as f32))
     }
 }
 

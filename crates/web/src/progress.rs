@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use barnard::control::{Control, Stage};
+use barnard::control::Control;
 use js_sys::Function;
 use wasm_bindgen::JsValue;
 
@@ -19,18 +19,8 @@ pub fn control(listener: &Function) -> Control {
         LISTENER.with_borrow(|listener| {
             if let Some(listener) = listener {
                 // A page that fails to show progress still gets its picture.
-                let _ = listener.call2(&JsValue::NULL, &words(stage).into(), &share.into());
+                let _ = listener.call2(&JsValue::NULL, &stage.name().into(), &share.into());
             }
         });
     })
-}
-
-fn words(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Gas => "gas",
-        Stage::StarDepths => "light of stars",
-        Stage::Light => "scattered light",
-        Stage::Rays => "rays",
-        Stage::Frames => "frames",
-    }
 }

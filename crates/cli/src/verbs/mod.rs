@@ -1,5 +1,6 @@
 //! The verbs: one file each.
 
+mod bake;
 #[cfg(feature = "study")]
 mod bench;
 mod cache;
@@ -47,6 +48,9 @@ pub enum Verb {
     Plates(Box<plates::MakePlates>),
     /// Make a picture from plates, with other spectra, passbands or albedo
     Expose(Box<expose::Expose>),
+    /// Pack a scene into one .barnard file that opens at once
+    #[command(alias = "bake-plan")]
+    Bake(Box<bake::Bake>),
     /// Fit parameters of a scene to observed images, with error bars
     Fit(Box<fit::Fit>),
     /// Validate a scene and print its plan: nodes, certificate, memory
@@ -102,6 +106,7 @@ impl Verb {
             Verb::Observe(verb) => verb.run(),
             Verb::Plates(verb) => verb.run(),
             Verb::Expose(verb) => verb.run(),
+            Verb::Bake(verb) => verb.run(),
             Verb::Fit(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::Convert(verb) => verb.run(),

@@ -14,6 +14,7 @@ use std::io::{Cursor, Read};
 use half::f16;
 use zip::{ZipArchive, ZipWriter};
 
+use crate::bundle::predictor::residuals;
 use crate::formats::{Written, put};
 
 /// The volumes of a packed archive as an uncompressed `.npz` of 16-bit floats.
@@ -38,9 +39,7 @@ pub(super) fn unpacked(packed: &[u8]) -> std::io::Result<Vec<u8>> {
 
 /// Values of a volume from planes of high and low bytes of what was not predicted.
 fn predicted(planes: &[u8], shape: &[u64]) -> Vec<f16> {
-    let (high, low) = planes.split_at(planes.len() / 2);
-    let bits = high.iter().zip(low).map(|(high, low)| u16::from_be_bytes([*high, *low]));
-    let mut values: Vec<u16> = bits.map(|z| (z >> 1) ^ (z & 1).wrapping_neg()).collect();
+    let mut values: Vec<u16> = residuals(planes).collect();
     // Sums along an axis undo its differences.
     let mut stride = 1;
     for edge in shape.iter().rev().map(|edge| *edge as usize) {

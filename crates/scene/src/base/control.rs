@@ -20,6 +20,22 @@ pub enum Stage {
     Frames,
 }
 
+impl Stage {
+    /// All stages, in the order of a picture.
+    pub const ALL: [Self; 5] = [Self::Gas, Self::StarDepths, Self::Light, Self::Rays, Self::Frames];
+
+    /// Name of the work.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gas => "ionised gas",
+            Self::StarDepths => "star depths",
+            Self::Light => "light",
+            Self::Rays => "rays",
+            Self::Frames => "frames",
+        }
+    }
+}
+
 /// Steps of work that has parts.
 const WHOLE: u64 = 10_000;
 

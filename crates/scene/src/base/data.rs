@@ -160,6 +160,15 @@ pub trait DataSource: Debug + Send + Sync {
     /// If there is none, it is no UTF-8, or it is larger.
     fn text(&self, name: &str, memory_limit: u64) -> Result<Cow<'static, str>>;
 
+    /// Bytes of the file called `name`, at most `memory_limit` of them.
+    ///
+    /// # Errors
+    /// If there is none, or it is larger.
+    fn bytes(&self, name: &str, memory_limit: u64) -> Result<Vec<u8>> {
+        let _ = memory_limit;
+        Err(Error::file(self.label(name), "is not a file"))
+    }
+
     /// The table of text called `name`, of at most `most_rows` rows.
     ///
     /// # Errors
@@ -221,6 +230,11 @@ impl Inputs {
     /// Reads from `source`; each array may take `memory_limit` bytes.
     pub fn new(source: Arc<dyn DataSource>, memory_limit: u64) -> Self {
         Self { source, memory_limit, is_rough: false, cache: None, notes: Arc::default() }
+    }
+
+    /// Source of the files.
+    pub fn source(&self) -> &Arc<dyn DataSource> {
+        &self.source
     }
 
     /// The name by which messages call what `name` stands for.

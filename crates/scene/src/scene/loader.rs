@@ -9,7 +9,7 @@ use spectra::fingerprint::{Digest, Fingerprint};
 use super::Star;
 use super::gas::ionised::IonisedGas;
 use super::gas::voxel_gas::VoxelGas;
-use crate::cache::Cache;
+use crate::cache::{Cache, Layered};
 use crate::control::Control;
 use crate::data::{DataSource, Inputs, NoData};
 use crate::error::Result;
@@ -40,6 +40,8 @@ pub struct Loader {
     gas: Recent<IonisedGas>,
     knots: Recent<VoxelGas>,
     rough_gas: Recent<IonisedGas>,
+    /// Results that came with the scene, before those of any other cache.
+    given: Option<Arc<dyn Cache>>,
     /// True if what takes long is made roughly.
     pub(super) is_rough: bool,
     /// A device that has the light of several stars go through gas, where there is one.
@@ -69,6 +71,7 @@ impl Loader {
             gas: Arc::default(),
             rough_gas: Arc::default(),
             knots: Arc::default(),
+            given: None,
             is_rough: false,
             tracer: None,
             moment: 0.0,
@@ -108,8 +111,18 @@ impl Loader {
     #[must_use]
     pub fn with_cache(&self, cache: Option<Arc<dyn Cache>>) -> Self {
         let mut loader = self.clone();
-        loader.inputs.cache = cache;
+        loader.inputs.cache = match &self.given {
+            Some(given) => Some(Arc::new(Layered { first: given.clone(), then: cache })),
+            None => cache,
+        };
         loader
+    }
+
+    /// Variant with results that came with the scene: they are used before those of any cache.
+    #[must_use]
+    pub fn with_given(&self, results: Arc<dyn Cache>) -> Self {
+        let cache = self.inputs.cache.clone();
+        Self { given: Some(results), ..self.clone() }.with_cache(cache)
     }
 
     /// Variant for readings in which what takes long is made roughly: turbulence, and gas that stars ionise, on few voxels,

@@ -12,9 +12,10 @@ use spectra::passband::Passband;
 use spectra::spectrum::Spectrum;
 use spectra::units::{NumberDensity, Temperature, Velocity};
 
-use super::solution::{Solution, Solver};
+use super::solution::{Solution, Solved, Solver};
 use super::species::Species;
 use super::{ABUNDANCE_SETS, DUST_ABSORPTION, GasCloud, IonisedGas, IonisingStar, TEMPERATURE, VOXELS, VoxelGas};
+use crate::cache::PAIRS;
 use crate::error::{Error, Result};
 use crate::field::{Field, Grid, IntoField, Lattice, fingerprint};
 use crate::memory;
@@ -199,29 +200,26 @@ impl Gas {
         let most = cloud.electrons() * densest * densest;
         let warm = |gas: &Matter, state: &GasState| pairs(gas, state) * state.temperature;
         let thick = |gas: &Matter, state: &GasState| pairs(gas, state) * state.electrons;
+        let ionised = |_: &Matter, state: &GasState| state.ionised();
         quantities.push(Quantity { most, value: &pairs });
+        quantities.push(Quantity { most: 1.0, value: &ionised });
         quantities.push(Quantity { most: 6e4 * most, value: &warm });
         quantities.push(Quantity { most: cloud.electrons() * densest * most, value: &thick });
-        let ionised = |_: &Matter, state: &GasState| state.ionised();
-        quantities.push(Quantity { most: 1.0, value: &ionised });
         let accuracy = if solver.is_rough { Accuracy::COARSE } else { Accuracy::FAST };
-        let names =
-            species.iter().map(Species::identifier).chain(["pairs", "warm", "thick", "ionised"].map(str::to_owned)).collect::<Vec<_>>();
-        let solution = Solution { cloud: &cloud, names: &names, accuracy };
-        let found = solution.found(&quantities, solver).map_err(|error| match error {
-            IonisationError::Stopped => Error::Interrupted,
-            error => Error::conflict(error.to_string(), "change the density or the stars"),
-        })?;
+        let names = species.iter().map(Species::identifier).chain([PAIRS, "ionised"].map(str::to_owned)).collect::<Vec<_>>();
+        let solution = Solution { cloud: &cloud, names: &names, pairs: species.len(), accuracy };
+        let Solved { mut quantities, temperature, electrons, state } =
+            solution.found(&quantities, solver).map_err(|error| match error {
+                IonisationError::Stopped => Error::Interrupted,
+                error => Error::conflict(error.to_string(), "change the density or the stars"),
+            })?;
         let sum = |values: &[f32]| values.iter().map(|v| f64::from(*v)).sum::<f64>();
-        let mut quantities = found.quantities;
-        let [ionised, thick, warm, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
+        let [ionised, pairs] = std::array::from_fn(|_| quantities.pop().unwrap_or_default());
         let through =
             |band: &Passband| species.iter().zip(&quantities).map(|(species, values)| species.through(band) * sum(values)).collect();
         let by_band: Vec<Vec<f64>> = bands.iter().map(through).collect();
         let is_bright = |i: usize| by_band.iter().any(|light| light[i] > DARK * light.iter().sum::<f64>());
         let unknown = VoxelGas::unknown(&cloud.lattice);
-        let mean = |values: &[f32]| Some(sum(values) / sum(&pairs)).filter(|mean| mean.is_finite());
-        let (temperature, electrons) = (mean(&warm), mean(&thick));
         let (mut glow, mut light) = (Vec::new(), Vec::new());
         for (_, (species, values)) in species.iter().zip(quantities).enumerate().filter(|(i, _)| is_bright(*i)) {
             let thermal = species.thermal_fwhm(temperature.unwrap_or_default());
@@ -235,8 +233,8 @@ impl Gas {
             glow.push(self.species("hydrogen's continuum".into(), unknown, spectrum));
             light.push(pairs);
         }
-        let unsettled = found.unsettled as f64 / found.steps.max(1) as f64;
-        let (escaped, passes, change, by) = (found.escaped, found.passes, found.change, found.by);
+        let unsettled = state.unsettled as f64 / state.steps.max(1) as f64;
+        let (escaped, passes, change, by) = (state.escaped, state.passes, state.change, state.by);
         let gas =
             IonisedGas { cloud, temperature, electrons, escaped, passes, change, by, unsettled, is_rough: solver.is_rough, species: glow };
         Ok(VoxelGas { gas, light, ionised })
