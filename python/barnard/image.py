@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import functools
 import html
 import os
 from typing import TYPE_CHECKING, Any
@@ -112,6 +113,16 @@ class Image:
         except KeyError:
             return False
         return True
+
+    def to_html(self, path: str | os.PathLike | None = None, *, limit: float = 4.0, progress: bool | Listener | None = None) -> str:
+        """The scene of the image and the explorer as one HTML page, which shows the view of the image and works without a network.
+
+        Parameters and errors are those of `Scene.to_html`.
+        """
+        from ._bundle import packed, page_of, written
+
+        bake = functools.partial(_barnard.bake_image, self._native)
+        return written(page_of(packed(bake, limit, progress)), path)
 
     def __iter__(self):
         return iter(self.bands)

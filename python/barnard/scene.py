@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from . import _barnard
+from ._bundle import packed, page_of, written
 from ._field import Field, Sampled
 from ._files import replace
 from ._progress import Listener, listening
@@ -249,24 +250,33 @@ class Scene:
             raise scene_error(f"field.{name}", "the field is an array in memory; write the scene with save(path)")
         return _barnard.to_toml(self._tree())
 
-    def save(self, path: str | os.PathLike) -> None:
-        """Writes a scene file, and each array in memory as NAME.npy next to it.
+    def save(self, path: str | os.PathLike, *, limit: float = 4.0, progress: bool | Listener | None = None) -> None:
+        """Writes a scene file, and each array in memory as NAME.npy next to it; or all of the scene as one .barnard file.
 
         Parameters
         ----------
         path : path
-            The file, ending with .toml. Files of the scene are not copied.
+            The file, ending with .toml or .barnard. Files of the scene are copied into a .barnard file, and stay where they are
+            with a .toml file.
+        limit : number, default 4
+            Largest size of a .barnard file [MB]: densities are stored on as many voxels as fit. The file states its errors.
+        progress : bool or function, optional
+            True for bars; a function of (stage, done, all).
 
         Raises
         ------
         SceneError
-            If the name does not end with .toml, or a built-in scene needs files.
+            If the name ends otherwise, or a built-in scene needs files.
         OSError
             If a file cannot be written.
         """
         path = Path(path)
+        if path.suffix == ".barnard":
+            bundle = self._packed(limit, progress)
+            replace(path, lambda out: out.write(bundle))
+            return
         if path.suffix != ".toml":
-            raise scene_error("path", f"{path}: the name of a scene file must end with .toml")
+            raise scene_error("path", f"{path}: the name of a scene file must end with .toml or .barnard")
         self._refuse_bricks()
         tree = self._tree()
         for name, field in self._arrays().items():
@@ -275,6 +285,39 @@ class Scene:
             tree["field"][name]["file"] = file
         text = _barnard.to_toml(tree)
         replace(path, lambda out: out.write(text.encode()))
+
+    def to_html(
+        self, path: str | os.PathLike | None = None, *, limit: float = 4.0, progress: bool | Listener | None = None
+    ) -> str:
+        """The scene and the explorer as one HTML page, which works without a server and without a network.
+
+        Parameters
+        ----------
+        path : path, optional
+            The file to write, ending with .html.
+        limit : number, default 4
+            Largest size of the scene in the page [MB]; the explorer adds 5.4 MB.
+        progress : bool or function, optional
+            True for bars; a function of (stage, done, all).
+
+        Returns
+        -------
+        text
+            The page.
+
+        Raises
+        ------
+        BarnardError
+            If this installation lacks the page of the explorer.
+        SceneError
+            If the scene cannot be rendered, or does not fit into the limit.
+        """
+        return written(page_of(self._packed(limit, progress)), path)
+
+    def _packed(self, limit: float, progress: bool | Listener | None) -> bytes:
+        """Bytes of a bundle of the scene."""
+        session = self._session()
+        return packed(functools.partial(_barnard.bake, session.scene), limit, progress)
 
     def _tree(self, camera: Camera | dict[str, Any] | None = None) -> dict[str, Any]:
         return tree_of(self, camera)

@@ -13,6 +13,7 @@ use barnard::cache::Cache;
 use barnard::control::Control;
 use barnard::scene::{Loader, RayTracer, Scene, Star};
 use barnard::sequence::{Follower, Sequence};
+use barnard_files::bundle::Bundle;
 use barnard_files::{SceneFiles, builtin, toml};
 use spectra::fingerprint::Fingerprint;
 use toml_edit::DocumentMut;
@@ -72,6 +73,7 @@ impl Document {
         match origin {
             Origin::Builtin(name) => Self::builtin(name, memory_limit),
             Origin::File(path) => Self::open(path, memory_limit),
+            Origin::Bundle(path) => Self::from_bundle(origin.clone(), &Bundle::open(path, memory_limit)?, memory_limit),
             Origin::Text(name) => Err(barnard::Error::missing(format!("the text of {name}"), "paste it again")),
         }
     }
@@ -103,11 +105,27 @@ impl Document {
         Self::new(Origin::Text(name.to_owned()), text, files, memory_limit)
     }
 
+    /// The scene of a bundle, whose gas is known exactly.
+    ///
+    /// # Errors
+    /// Errors of `barnard check`.
+    pub fn from_bundle(origin: Origin, bundle: &Bundle, memory_limit: u64) -> Result<Self> {
+        let files = bundle.files()?;
+        let loader = Loader::new(files.clone(), memory_limit).with_given(bundle.results());
+        Self::by(origin, bundle.text.clone(), files, loader.clone(), &loader)
+    }
+
     fn new(origin: Origin, text: String, files: Arc<SceneFiles>, memory_limit: u64) -> Result<Self> {
         let loader = Loader::new(files.clone(), memory_limit);
+        let roughly = loader.roughly();
+        Self::by(origin, text, files, loader, &roughly)
+    }
+
+    /// A text, which `first` reads at first.
+    fn by(origin: Origin, text: String, files: Arc<SceneFiles>, loader: Loader, first: &Loader) -> Result<Self> {
         static OPENINGS: AtomicU64 = AtomicU64::new(0);
         let opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
-        let Reading { toml, scene, physics, followed } = read(&origin, &text, &loader.roughly(), opening)?;
+        let Reading { toml, scene, physics, followed } = read(&origin, &text, first, opening)?;
         Ok(Self {
             opening,
             moment: 0.0,
@@ -384,7 +402,7 @@ impl Document {
         let folder = |path: &Path| std::path::absolute(path).ok().and_then(|p| p.parent().map(Path::to_owned)).unwrap_or_default();
         let moved = match &self.origin {
             Origin::File(before) => folder(before) != folder(path),
-            Origin::Builtin(_) | Origin::Text(_) => {
+            Origin::Builtin(_) | Origin::Bundle(_) | Origin::Text(_) => {
                 self.files.write_embedded(&folder(path))?;
                 false
             }

@@ -107,6 +107,11 @@ impl SceneFile {
         Ok(Self { scene, tree, loader })
     }
 
+    /// Scene that was read from a tree by a loader.
+    pub fn of(scene: Scene, tree: Table, loader: Loader) -> Self {
+        Self { scene, tree, loader }
+    }
+
     /// The tree that the scene was read from, with the keys that were changed.
     pub fn tree(&self) -> &Table {
         &self.tree

@@ -42,8 +42,8 @@ pub struct SceneFiles {
     given: Vec<(String, Arc<[u8]>)>,
     /// The files on disk that were read.
     read: Mutex<Vec<PathBuf>>,
-    /// Names of those compiled in that were read.
-    unpacked: Mutex<Vec<&'static str>>,
+    /// Names of those in memory that were read.
+    unpacked: Mutex<Vec<String>>,
 }
 
 impl SceneFiles {
@@ -81,14 +81,20 @@ impl SceneFiles {
 
     /// The bytes that are in memory under `name`.
     fn unpack(&self, name: &str) -> Option<FileBytes> {
+        let bytes = self.in_memory(name)?;
+        if let Ok(mut unpacked) = self.unpacked.lock()
+            && !unpacked.iter().any(|known| known == name)
+        {
+            unpacked.push(name.to_owned());
+        }
+        Some(bytes)
+    }
+
+    fn in_memory(&self, name: &str) -> Option<FileBytes> {
         if let Some((_, bytes)) = self.given.iter().find(|(known, _)| known == name) {
             return Some(FileBytes::Given(bytes.clone()));
         }
-        let (name, bytes) = self.embedded.iter().find(|(known, _)| *known == name)?;
-        if let Ok(mut unpacked) = self.unpacked.lock() {
-            unpacked.push(name);
-        }
-        Some(FileBytes::Embedded(bytes()))
+        self.embedded.iter().find(|(known, _)| *known == name).map(|(_, bytes)| FileBytes::Embedded(bytes()))
     }
 
     fn note(&self, path: PathBuf) {
@@ -99,14 +105,15 @@ impl SceneFiles {
         }
     }
 
-    /// Writes the files that are compiled in and were read into `folder`, those that are not there yet.
+    /// Writes the files in memory that were read into `folder`, those that are not there yet.
     ///
     /// # Errors
     /// If one cannot be written, or another file stands in its place.
     pub fn write_embedded(&self, folder: &Path) -> Result<()> {
         let unpacked = self.unpacked.lock().map(|names| names.clone()).unwrap_or_default();
-        for (name, bytes) in self.embedded.iter().filter(|(name, _)| unpacked.contains(name)) {
-            let (path, bytes) = (folder.join(name), bytes());
+        for name in &unpacked {
+            let (path, Some(bytes)) = (folder.join(name), self.in_memory(name)) else { continue };
+            let bytes = bytes.as_ref();
             if path.exists() {
                 let same = std::fs::metadata(&path).is_ok_and(|m| m.len() == bytes.len() as u64)
                     && std::fs::read(&path).is_ok_and(|found| found == bytes);

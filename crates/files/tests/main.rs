@@ -1,6 +1,7 @@
 //! Files that are read and written: one program, so that its tests share the processor.
 
 mod animation;
+mod bundles;
 mod cache;
 mod dust_maps;
 mod fields;

@@ -5,6 +5,7 @@
 
 mod arrays;
 mod bricks;
+mod bundle;
 mod cache;
 mod catalogue;
 mod error;
@@ -51,6 +52,9 @@ fn _barnard(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<bricks::Whole>()?;
     module.add_class::<bricks::StarSweep>()?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
+    module.add_function(wrap_pyfunction!(bundle::bake, module)?)?;
+    module.add_function(wrap_pyfunction!(bundle::bake_image, module)?)?;
+    module.add_function(wrap_pyfunction!(bundle::html, module)?)?;
     module.add_function(wrap_pyfunction!(cache::cache_facts, module)?)?;
     module.add_function(wrap_pyfunction!(cache::clear_cache, module)?)?;
     module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;

@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use barnard_files::bundle::EXTENSION;
 use barnard_files::formats::numbered;
 use eframe::egui::{self, Context, Key, ScrollArea, Ui};
 
@@ -34,7 +35,8 @@ impl Purpose {
 
     fn extensions(self) -> Vec<&'static str> {
         match self {
-            Purpose::Open | Purpose::SaveScene => vec!["toml"],
+            Purpose::Open => vec!["toml", EXTENSION],
+            Purpose::SaveScene => vec!["toml"],
             Purpose::SavePicture | Purpose::SaveFilm => barnard_files::formats::WRITERS.iter().map(|w| w.extension).collect(),
         }
     }
@@ -86,13 +88,13 @@ impl Files {
     /// Opens the dialog.
     pub fn ask(&mut self, purpose: Purpose, document: &Document) {
         let document_folder = match document.origin() {
-            Origin::File(path) => path.parent().map(Path::to_owned),
+            Origin::File(path) | Origin::Bundle(path) => path.parent().map(Path::to_owned),
             Origin::Builtin(_) | Origin::Text(_) => None,
         };
         let folder =
             self.folder.clone().or(document_folder).filter(|f| f.is_dir()).or_else(|| std::env::current_dir().ok()).unwrap_or_default();
         let stem = document.origin().name();
-        let stem = stem.strip_suffix(".toml").unwrap_or(&stem);
+        let stem = stem.strip_suffix(".toml").or_else(|| stem.strip_suffix(".barnard")).unwrap_or(&stem);
         let name = match purpose {
             Purpose::Open => String::new(),
             Purpose::SaveScene => format!("{stem}.toml"),

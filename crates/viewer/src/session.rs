@@ -51,14 +51,14 @@ fn named(origin: &Origin) -> String {
     match origin {
         Origin::Builtin(name) => format!("built-in {name}"),
         Origin::Text(name) => name.clone(),
-        Origin::File(path) => std::path::absolute(path).unwrap_or_else(|_| path.clone()).display().to_string(),
+        Origin::File(path) | Origin::Bundle(path) => std::path::absolute(path).unwrap_or_else(|_| path.clone()).display().to_string(),
     }
 }
 
 fn origin(name: &str) -> Option<Origin> {
     match name.strip_prefix("built-in ") {
         Some(name) => barnard_files::builtin::entry(name).ok().map(|e| Origin::Builtin(e.name)),
-        None => (!name.is_empty()).then(|| Origin::File(PathBuf::from(name))),
+        None => (!name.is_empty()).then(|| Origin::at(PathBuf::from(name))),
     }
 }
 

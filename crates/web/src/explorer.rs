@@ -1,16 +1,19 @@
 //! An explorer of one scene.
 
+use std::io::Cursor;
+
 use barnard::Error;
 use barnard::backend::cpu;
 use barnard::control::Control;
 use barnard_explorer::comparison;
-use barnard_explorer::document::Document;
+use barnard_explorer::document::{Document, Origin};
 use barnard_explorer::edit::Edit;
 use barnard_explorer::flight::Flight;
 use barnard_explorer::order::{Order, Refinement, View};
 use barnard_explorer::picture::Picture;
 use barnard_explorer::studio::Studio;
 use barnard_files::builtin;
+use barnard_files::bundle::Bundle;
 use barnard_files::formats::writer;
 use js_sys::{Array, Function, Object, Reflect, Uint8ClampedArray};
 use wasm_bindgen::prelude::{JsError, JsValue, wasm_bindgen};
@@ -50,14 +53,16 @@ impl Explorer {
     /// Errors of `barnard check`.
     #[wasm_bindgen(constructor)]
     pub fn new(name: &str, text: &str) -> Result<Self> {
-        let document = Document::from_text(name, text.to_owned(), files::given(), MEMORY_LIMIT).map_err(failed)?;
-        Ok(Self {
-            flight: Flight::of(document.scene()),
-            document,
-            studio: Studio::new(cpu::ENTRY, None, Control::default()).without_plates(),
-            exposure: 0,
-            shown: None,
-        })
+        Ok(Self::of(Document::from_text(name, text.to_owned(), files::given(), MEMORY_LIMIT).map_err(failed)?))
+    }
+
+    /// Opens a bundle from its bytes.
+    ///
+    /// # Errors
+    /// If it is damaged, or of another version.
+    pub fn bundle(name: &str, bytes: &[u8]) -> Result<Self> {
+        let bundle = Bundle::read(Cursor::new(bytes), name.as_ref(), MEMORY_LIMIT).map_err(failed)?;
+        Ok(Self::of(Document::from_bundle(Origin::Text(bundle.name.clone()), &bundle, MEMORY_LIMIT).map_err(failed)?))
     }
 
     /// Opens a built-in scene.
@@ -295,6 +300,16 @@ impl Explorer {
 }
 
 impl Explorer {
+    fn of(document: Document) -> Self {
+        Self {
+            flight: Flight::of(document.scene()),
+            document,
+            studio: Studio::new(cpu::ENTRY, None, Control::default()).without_plates(),
+            exposure: 0,
+            shown: None,
+        }
+    }
+
     /// Changes the document; the view follows its camera.
     fn changed(&mut self, change: impl FnOnce(&mut Document) -> barnard::Result<()>) -> Result<()> {
         let before = self.document.scene().clone();

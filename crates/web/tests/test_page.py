@@ -1,94 +1,12 @@
-"""The page in a real browser. `.ci/web` builds it; BARNARD_WEB names its folder, target/web by default."""
+"""The page in a real browser."""
 
-import functools
-import http.server
 import io
-import os
-import shutil
-import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
+from pictured import await_picture, change, pictures, pixels
 
-browsers = pytest.importorskip("playwright.sync_api")
 fits = pytest.importorskip("astropy.io.fits")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-PAGE = Path(os.environ.get("BARNARD_WEB", Path(__file__).parents[3] / "target" / "web"))
-
-if CHROMIUM is None or not (PAGE / "barnard_bg.wasm").exists():
-    pytest.skip("NOT CHECKED: no Chromium, or no page (.ci/web builds it)", allow_module_level=True)
-
-#: Longest time until a picture [ms].
-PATIENCE = 120_000
-
-
-class Handler(http.server.SimpleHTTPRequestHandler):
-    """Files of the page, with a policy that forbids eval."""
-
-    def end_headers(self):
-        self.send_header("Content-Security-Policy", "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; img-src 'self' data: blob:")
-        super().end_headers()
-
-    def log_message(self, *_):
-        pass
-
-
-@pytest.fixture(scope="module")
-def address():
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=PAGE))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_port}/"
-    server.shutdown()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with browsers.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture
-def page(browser):
-    """A small page without errors in its console."""
-    page = browser.new_page(viewport={"width": 620, "height": 300}, accept_downloads=True)
-    complaints = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("console", lambda message: complaints.append(message.text) if message.type == "error" else None)
-    yield page
-    page.close()
-    assert complaints == []
-
-
-def pictures(page):
-    return int(page.evaluate("() => document.getElementById('canvas').dataset.pictures || 0"))
-
-
-def await_picture(page, quality=None, after=0):
-    page.wait_for_function(
-        "([quality, after]) => { const d = document.getElementById('canvas').dataset; return d.pictures > after && (!quality || d.quality === quality) }",
-        arg=[quality, after],
-        timeout=PATIENCE,
-    )
-
-
-def pixels(page):
-    """Colours of the canvas, height x width x 4."""
-    data = page.evaluate(
-        "() => { const c = document.getElementById('canvas'); return [c.width, c.height, Array.from(c.getContext('2d').getImageData(0, 0, c.width, c.height).data)] }"
-    )
-    return np.array(data[2], np.uint8).reshape(data[1], data[0], 4)
-
-
-def change(page, action):
-    """Colours before and after an action, when both are settled."""
-    await_picture(page, "final")
-    before, count = pixels(page), pictures(page)
-    action()
-    await_picture(page, "final", count)
-    return before, pixels(page)
 
 
 def test_a_scene_is_painted_dragged_and_recoloured(page, address):

@@ -26,6 +26,7 @@ const own = {
   needs: (name) => wasm_bindgen.needs(name).split("\n").filter(Boolean),
   thumbnail: (name) => wasm_bindgen.thumbnail(name),
   builtin: (name) => take(wasm_bindgen.Explorer.builtin(name)),
+  bundle: (name, bytes) => take(wasm_bindgen.Explorer.bundle(name, bytes)),
   open: (name, text) => take(new wasm_bindgen.Explorer(name, text)),
   state: () => JSON.parse(explorer.state()),
   probe: (x, y) => JSON.parse(explorer.probe(x, y)),

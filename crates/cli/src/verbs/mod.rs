@@ -12,6 +12,7 @@ mod expose;
 mod fit;
 mod frames;
 mod gas;
+mod html;
 mod info;
 mod list;
 mod observe;
@@ -51,6 +52,8 @@ pub enum Verb {
     /// Pack a scene into one .barnard file that opens at once
     #[command(alias = "bake-plan")]
     Bake(Box<bake::Bake>),
+    /// Write a scene and the explorer into one HTML file
+    Html(Box<html::Html>),
     /// Fit parameters of a scene to observed images, with error bars
     Fit(Box<fit::Fit>),
     /// Validate a scene and print its plan: nodes, certificate, memory
@@ -107,6 +110,7 @@ impl Verb {
             Verb::Plates(verb) => verb.run(),
             Verb::Expose(verb) => verb.run(),
             Verb::Bake(verb) => verb.run(),
+            Verb::Html(verb) => verb.run(),
             Verb::Fit(verb) => verb.run(),
             Verb::Check(verb) => verb.run(),
             Verb::Convert(verb) => verb.run(),

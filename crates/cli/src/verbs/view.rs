@@ -50,7 +50,7 @@ impl View {
 
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let scene = match (self.scene, self.builtin) {
-            (Some(path), _) => Some(Origin::File(path)),
+            (Some(path), _) => Some(Origin::at(path)),
             (None, Some(name)) => Some(Origin::Builtin(barnard_files::builtin::entry(&name)?.name)),
             (None, None) => None,
         };

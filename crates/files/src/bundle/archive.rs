@@ -120,8 +120,17 @@ impl<R: Read + Seek> Entries<'_, R> {
         String::from_utf8(self.bytes(name, LONGEST_TEXT)?).map_err(|_| Error::file(self.path, format!("{name} is not UTF-8 text")))
     }
 
+    /// Refuses names that leave the folder into which files are saved.
+    fn check_name(&self, name: &str) -> Result<()> {
+        if Path::new(name).components().all(|part| matches!(part, std::path::Component::Normal(_))) {
+            return Ok(());
+        }
+        Err(Error::file(self.path, format!("the file name \"{name}\" leaves the folder of the scene; remove it")))
+    }
+
     /// A volume; `depths` has the levels of products of those before it, of which its values may be products.
     fn volume(&mut self, folder: &str, row: VolumeRow, depths: &mut HashMap<String, usize>) -> Result<Volume> {
+        self.check_name(&row.name)?;
         let name = format!("{folder}{}", row.name);
         let levels: Option<Vec<usize>> = row.times.iter().map(|factor| depths.get(factor).copied()).collect();
         let depth = levels.map(|levels| levels.into_iter().map(|level| level + 1).max().unwrap_or(0));
@@ -148,9 +157,7 @@ impl<R: Read + Seek> Entries<'_, R> {
         }
         let mut files: Vec<(String, Arc<[u8]>)> = Vec::new();
         for name in manifest.files {
-            if Path::new(&name).components().any(|part| !matches!(part, std::path::Component::Normal(_))) {
-                return Err(Error::file(self.path, format!("the file name \"{name}\" leaves the folder of the scene; remove it")));
-            }
+            self.check_name(&name)?;
             let bytes = self.bytes(&format!("{FILES}{name}"), u64::MAX)?;
             files.push((name, bytes.into()));
         }

@@ -80,7 +80,7 @@ pub fn bake(file: &SceneFile, baking: &Baking, control: &Control) -> Result<Bund
     }
     let megabytes = |bytes: usize| bytes as f64 / 1e6;
     let problem = format!("the scene takes {:.1} MB, not the requested {:.1} MB", megabytes(smallest), megabytes(baking.bytes));
-    Err(Error::conflict(problem, "allow more bytes with --size, or use fewer files"))
+    Err(Error::conflict(problem, "allow more with --limit, or use fewer files"))
 }
 
 /// Voxels along the longest edge of a grid.
@@ -131,8 +131,10 @@ fn on_voxels(
     {
         gas.remove("voxels");
     }
+    // A scene without a name has that of its file.
+    tree.insert("name", Value::Text(file.scene.name.clone()));
     let text = toml::text(&tree);
-    let source = file.scene.provenance.as_ref().map_or_else(String::new, |provenance| provenance.text.to_string());
+    let source = file.scene.provenance.as_ref().map_or_else(|| toml::text(file.tree()), |provenance| provenance.text.to_string());
     let name = file.scene.name.clone();
     let mut bundle =
         Bundle { name, text, source, preview: Vec::new(), errors: Errors::default(), files: Vec::new(), volumes, results: Vec::new() };

@@ -16,6 +16,7 @@
 mod archive;
 mod bake;
 mod collected;
+mod html;
 mod manifest;
 pub(crate) mod predictor;
 mod results;

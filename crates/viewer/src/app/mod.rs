@@ -158,7 +158,7 @@ impl App {
     pub fn save(&mut self) {
         match self.model.document.origin().clone() {
             Origin::File(path) => self.save_to(path),
-            Origin::Builtin(_) | Origin::Text(_) => self.files.ask(Purpose::SaveScene, &self.model.document),
+            Origin::Builtin(_) | Origin::Bundle(_) | Origin::Text(_) => self.files.ask(Purpose::SaveScene, &self.model.document),
         }
     }
 
@@ -308,14 +308,14 @@ impl App {
     fn take_drops(&mut self, ctx: &Context) {
         let dropped = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).next());
         if let Some(path) = dropped {
-            self.open(&Origin::File(path));
+            self.open(&Origin::at(path));
         }
     }
 
     fn dialogs(&mut self, ctx: &Context) {
         if let Some((purpose, path, size)) = self.files.show(ctx) {
             match purpose {
-                Purpose::Open => self.open(&Origin::File(path)),
+                Purpose::Open => self.open(&Origin::at(path)),
                 Purpose::SaveScene => self.save_to(path),
                 Purpose::SavePicture | Purpose::SaveFilm if self.export.is_some() => {
                     self.model.complain("a picture or film is being saved; wait, or stop it");
