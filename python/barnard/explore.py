@@ -35,8 +35,9 @@ _UNSEEN = 1.0
 class Explorer(anywidget.AnyWidget):
     """A view that is dragged, with sliders; `Scene.explore` makes one.
 
-    The kernel renders: coarse while something moves, then the picture that `Scene.render` makes. What is done here is
-    done to the scene: its camera and the keys that sliders move.
+    The browser renders where it can: the kernel packs the scene once, and is not asked again. Otherwise the kernel renders: coarse
+    while something moves, then the picture that `Scene.render` makes. In both modes, what is done here is done to the scene: its
+    camera and the keys that sliders move.
     """
 
     _esm = _HERE / "explore.js"
@@ -44,8 +45,16 @@ class Explorer(anywidget.AnyWidget):
     width = traitlets.Int(640).tag(sync=True)
     height = traitlets.Int(360).tag(sync=True)
     sliders: Any = traitlets.List().tag(sync=True)
+    #: The renderer: "browser" or "kernel".
+    mode = traitlets.Unicode("kernel").tag(sync=True)
+    #: The page with the packed scene, and steps after it was opened. Both go with the first message, which servers of notebooks do not
+    #: limit.
+    page = traitlets.Bytes().tag(sync=True)
+    steps: Any = traitlets.List().tag(sync=True)
 
-    def __init__(self, scene: Scene, sliders: Mapping[str, tuple[Any, Any]], size: tuple[int, int], display: dict[str, Any]):
+    def __init__(
+        self, scene: Scene, sliders: Mapping[str, tuple[Any, Any]], size: tuple[int, int], display: dict[str, Any], page: bytes | None
+    ):
         self._scene, self._display = scene, display
         self._ranges = {place: _Range(scene, place, *ends) for place, ends in sliders.items()}
         self._home = scene.camera.tree()
@@ -58,8 +67,12 @@ class Explorer(anywidget.AnyWidget):
         self._coarse: _barnard.Plan | None = None
         #: The newest frame: its number, its quality, and why there is none.
         self.state: tuple[int, str, str | None] = (0, "none", None)
-        shown = [{"place": place, "at": slider.at, "text": slider.text} for place, slider in self._ranges.items()]
-        super().__init__(width=size[0], height=size[1], sliders=shown)
+        #: The scene as the browser told it last.
+        self._text: dict[str, Any] | None = None
+        rows = [slider.shown for slider in self._ranges.values()]
+        steps = [["set", "display", key, value] for key, value in display.items()]
+        mode = "kernel" if page is None else "browser"
+        super().__init__(width=size[0], height=size[1], sliders=rows, mode=mode, page=page or b"", steps=steps)
         self.on_msg(self._hear)
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
@@ -77,7 +90,12 @@ class Explorer(anywidget.AnyWidget):
                 self._seen = max(self._seen, int(message.get("number", 0)))
                 self._wake.notify_all()
             return
+        if kind == "view":
+            self._take(message["text"])
+            return
         with self._wake:
+            if kind == "blocked":
+                self.mode = "kernel"
             if kind == "move":
                 x, y = message.get("orbit", (0, 0))
                 self._eye.orbit(float(x) * 0.01, float(y) * 0.01)
@@ -111,12 +129,24 @@ class Explorer(anywidget.AnyWidget):
                     return
                 done = self._order
             try:
-                self._frames(done)
+                if self.mode == "kernel":
+                    self._frames(done)
             except _barnard.BarnardError as error:
                 self.send({"type": "words", "text": str(error)})
                 self.state = (done, "failed", str(error))
             except _Moved:
                 continue
+
+    def _take(self, text: str) -> None:
+        """Does to the scene what was done in the browser: camera and keys that differ from the text before."""
+        tree = _barnard.from_toml("explorer", text)
+        if self._text is not None:
+            for place, value in _changes(self._text, tree):
+                owner, key = place_of(self._scene, place)
+                setattr(owner, key, value)
+            if tree["camera"] != self._text["camera"]:
+                self._scene.camera = {**tree["camera"], "size": self._scene.camera.size}
+        self._text = tree
 
     def _stop_if_moved(self, order: int) -> None:
         if self._order != order:
@@ -144,6 +174,18 @@ class Explorer(anywidget.AnyWidget):
         message = {"type": "frame", "number": order, "quality": quality, "text": f"{quality}, {width} x {height}"}
         self.send(message, buffers=[native.png(self._display or None)])
         self._sent, self.state = order, (order, quality, None)
+
+
+def _changes(before: Any, after: Any, place: str = "") -> list[tuple[str, Any]]:
+    """Places of values that differ, with the new value; fields of a packed scene and its camera are left out."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        keys = [key for key in {**before, **after} if place or key not in ("field", "camera")]
+        within = [_changes(before.get(key), after.get(key), f"{place}.{key}" if place else key) for key in keys]
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after) and all(isinstance(row, dict) for row in after):
+        within = [_changes(*pair, f"{place}[{number}]") for number, pair in enumerate(zip(before, after, strict=True))]
+    else:
+        return [] if before == after else [(place, after)]
+    return [change for changes in within for change in changes]
 
 
 class _Moved(Exception):
@@ -200,6 +242,12 @@ class _Range:
         setting = self._owner._nodes().get(self._key)
         value, own_unit = parsed(setting) if setting is not None else (self._low, self._unit)
         self._value = value if own_unit == self._unit else self._low
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """The slider as the view shows and moves it."""
+        ends = {"low": self._low, "high": self._high, "byRatio": self._by_ratio, "unit": self._unit or ""}
+        return {"place": self.place, "at": self.at, "text": self.text, **ends}
 
     @property
     def at(self) -> float:

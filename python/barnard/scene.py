@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from . import _barnard
-from ._bundle import packed, page_of, written
+from ._bundle import packed, page_of, page_path, written
 from ._field import Field, Sampled
 from ._files import replace
 from ._progress import Listener, listening
@@ -26,6 +26,9 @@ from .plan import Plan, backend_options
 from .plates import Plates, wavelengths
 from .sequence import FrameSequence
 from .tables import Animation, Background, Band, Camera, Detail, Display, Dust, Emission, Frames, Gas, Instrument, Method, Observation, Output, Spectrograph, Star, StarTable
+
+#: Largest size of a packed scene in a notebook [MB].
+_LARGEST_VIEW = 4.0
 
 if TYPE_CHECKING:
     from typing import Generic, TypeVar
@@ -317,7 +320,7 @@ class Scene:
     def _packed(self, limit: float, progress: bool | Listener | None) -> bytes:
         """Bytes of a bundle of the scene."""
         session = self._session()
-        return packed(functools.partial(_barnard.bake, session.scene), limit, progress)
+        return packed(lambda size, listener: _barnard.bake(session.scene, size, True, listener), limit, progress)
 
     def _tree(self, camera: Camera | dict[str, Any] | None = None) -> dict[str, Any]:
         return tree_of(self, camera)
@@ -580,9 +583,13 @@ class Scene:
         sliders: Mapping[str, tuple[Any, Any]] | None = None,
         *,
         size: tuple[int, int] = (640, 360),
+        in_browser: bool | None = None,
         **display: Any,
     ) -> Any:
         """A live view for notebooks: drag to orbit, wheel to zoom, sliders for keys of the scene; requires anywidget.
+
+        The browser renders it, without the kernel: the scene is packed once, as by `save("scene.barnard")`. Where that cannot be, the
+        kernel renders.
 
         Parameters
         ----------
@@ -590,6 +597,9 @@ class Scene:
             Such as {"star[0].temperature": (3000 * u.K, 40000 * u.K)}.
         size : (width, height), default (640, 360)
             Pixels of the view.
+        in_browser : bool, optional
+            True for the browser, False for the kernel. Default: the browser, unless this installation lacks the page of the
+            explorer, or a slider moves a key of a field.
         **display : keys of `Display`
             Such as palette="sho". Default: those of the scene.
 
@@ -608,7 +618,16 @@ class Scene:
         from .explore import Explorer
 
         self.check()
-        return Explorer(self, sliders or {}, size, Display(**display)._nodes() if display else {})
+        keys = Display(**display)._nodes() if display else {}
+        if in_browser is None:
+            is_known = page_path() is not None and not any(place.startswith("field") for place in sliders or {})
+            in_browser = is_known and not any(isinstance(value, (list, dict)) for value in keys.values())
+        page = None
+        if in_browser:
+            session = self._session(self._resized(list(size)))
+            bundle = packed(lambda limit, listener: _barnard.bake(session.scene, limit, False, listener), _LARGEST_VIEW, True)
+            page = page_of(bundle).encode()
+        return Explorer(self, sliders or {}, size, keys, page)
 
     def _resized(self, size: list[int]) -> dict[str, Any]:
         """The scene's camera with other pixels, which see as much along a row."""

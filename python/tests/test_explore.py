@@ -19,7 +19,7 @@ class Sent(list):
 @pytest.fixture
 def seen():
     scene = lit(cloud())
-    explorer = scene.explore({"star[0].temperature": ("3000 K", "48000 K"), "dust.albedo": (0.1, 0.9)}, size=(64, 48))
+    explorer = scene.explore({"star[0].temperature": ("3000 K", "48000 K"), "dust.albedo": (0.1, 0.9)}, size=(64, 48), in_browser=False)
     sent = Sent()
     explorer.send = lambda message, buffers=None: sent.append((message, buffers))
     yield scene, explorer, sent
@@ -88,3 +88,42 @@ def test_what_cannot_be_shown_is_said(seen):
     for sliders in [{"star[0].temperature": ("9 K", "1 K")}, {"star[0].temperature": ("1 K", "9 kK")}, {"star[9].temperature": (1, 2)}]:
         with pytest.raises(bn.SceneError):
             scene.explore(sliders)
+
+
+def test_what_is_done_in_the_browser_is_done_to_the_scene():
+    scene = lit(cloud())
+    page = Sent()
+    explorer = scene.explore({"star[0].temperature": ("3000 K", "48000 K")}, size=(64, 48), in_browser=False)
+    explorer.send = lambda message, buffers=None: page.append((message, buffers))
+    text = bn.Scene.from_toml(scene_text()).to_toml()
+    explorer._take(text)
+    explorer._take(text.replace('"0 0 4 pc"', '"1 0 4 pc"').replace('"12000 K"', '"9000 K"').replace('"3 /pc"', '"2 /pc"') + '\n[display]\nstretch = "linear"\n')
+    assert scene.camera.position == "1 0 4 pc"
+    assert (scene.stars[0].temperature, scene.dust.scale, scene.display.stretch) == ("9000 K", "2 /pc", "linear")
+    explorer.close()
+
+
+def scene_text():
+    """The scene with a field that a text can state."""
+    scene = lit(cloud())
+    scene.fields["cloud"] = bn.Sphere("1 pc")
+    return scene.to_toml()
+
+
+def test_scenes_are_packed_for_the_browser(monkeypatch, tmp_path):
+    page = tmp_path / "barnard.html"
+    page.write_text("<title>Barnard</title><!-- preview --><!-- scene -->")
+    monkeypatch.setenv("BARNARD_PAGE", str(page))
+    scene = lit(cloud())
+    explorer = scene.explore(size=(64, 48), palette="natural")
+    explorer.send = lambda message, buffers=None: None
+    assert (explorer.mode, explorer.steps) == ("browser", [["set", "display", "palette", "natural"]])
+    assert b'id="barnard-bundle"' in explorer.page
+    # A frame that shows nothing leaves the work to the kernel.
+    explorer._hear(explorer, {"type": "blocked"}, [])
+    assert explorer.mode == "kernel" and settled(explorer, explorer._order)[1] == "settled"
+    explorer.close()
+    monkeypatch.setenv("BARNARD_PAGE", str(tmp_path / "none.html"))
+    assert scene.explore(size=(64, 48)).mode == "kernel"
+    with pytest.raises(bn.BarnardError, match="lacks the page"):
+        scene.to_html()

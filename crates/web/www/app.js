@@ -50,6 +50,7 @@ function paint(picture, by) {
   shownBy = by;
   canvas.dataset.quality = picture.quality;
   canvas.dataset.pictures = Number(canvas.dataset.pictures || 0) + 1;
+  tell({ quality: picture.quality });
   status(`${picture.quality}, ${picture.width} × ${picture.height}, ${picture.seconds.toFixed(2)} s, ${picture.backend}`);
 }
 
@@ -117,6 +118,7 @@ async function finish() {
   try {
     const text = await quick.call([["text_with_view"]]);
     if (!current()) return;
+    tell({ text });
     if (!fine) {
       fine = new Engine(module);
       if (files.length) await fine.call(files);

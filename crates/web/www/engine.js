@@ -6,6 +6,7 @@ const $ = (id) => document.getElementById(id);
 function fail(words) {
   $("problem").textContent = words;
   $("problem").hidden = !words;
+  if (words) tell({ problem: words });
 }
 
 /** A worker with an explorer, which answers calls in order. */

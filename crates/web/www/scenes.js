@@ -22,6 +22,7 @@ async function open(method, ...args) {
   moment = 0;
   $("dust").value = 0;
   $("dust-text").textContent = "";
+  if (host) tell({ text: await quick.call([["text_with_view"]]) });
   act(["state"]);
 }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::bail;
-use barnard_files::bundle::{Baking, Bundle, Errors, bake};
+use barnard_files::bundle::{Baking, Bundle, Errors, PictureErrors, bake};
 use barnard_files::formats::check_replaceable;
 use clap::Args;
 
@@ -49,12 +49,15 @@ impl Limit {
         let (file, options) = scene.open_for("cpu")?;
         let bytes = (1e6 * self.limit) as usize;
         let start = Instant::now();
-        let bundle = bake(&file, &Baking { bytes, options }, &progress::control()?)?;
-        let Errors { voxels, source_voxels, size: [width, height], rms, total } = bundle.errors;
+        let bundle = bake(&file, &Baking { bytes, options, compares: true }, &progress::control()?)?;
+        let Errors { voxels, source_voxels, picture } = bundle.errors;
         if source_voxels > 0 {
             say!("{voxels} of {source_voxels} voxels along the longest edge, {:.1} s", start.elapsed().as_secs_f64());
         }
-        say!("error relative to the scene at {width} x {height}: {:.2} % rms, {:.2} % of the total light", 100.0 * rms, 100.0 * total);
+        if let Some(PictureErrors { size: [width, height], rms, total }) = picture {
+            let (rms, total) = (100.0 * rms, 100.0 * total);
+            say!("error relative to the scene at {width} x {height}: {rms:.2} % rms, {total:.2} % of the total light");
+        }
         Ok(bundle)
     }
 }

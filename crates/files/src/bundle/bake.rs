@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use super::collected::Collected;
 use super::results::Recorder;
 use super::volume::Volume;
-use super::{Bundle, Errors};
+use super::{Bundle, Errors, PictureErrors};
 use crate::scene::SceneFile;
 use crate::{formats, toml};
 
@@ -40,6 +40,8 @@ pub struct Baking {
     pub bytes: usize,
     /// Options of the pictures that are compared.
     pub options: Options,
+    /// True to compare pictures, of which one becomes the preview; takes the time of two renders.
+    pub compares: bool,
 }
 
 /// Formula of a density in the text of a scene, and the grid that it is.
@@ -63,8 +65,10 @@ pub fn bake(file: &SceneFile, baking: &Baking, control: &Control) -> Result<Bund
         let mut bundle = on_voxels(file, &densities, native, voxels, baking.options.memory_limit, control)?;
         let mut size = bundle.encoded()?.len();
         if size <= baking.bytes {
-            compare(scene, &mut bundle, baking, control)?;
-            (bundle.errors.voxels, bundle.errors.source_voxels) = (voxels, native);
+            bundle.errors = Errors { voxels, source_voxels: native, picture: None };
+            if baking.compares {
+                compare(scene, &mut bundle, baking, control)?;
+            }
             // The preview takes a part of the file.
             size = bundle.encoded()?.len();
             if size <= baking.bytes {
@@ -252,7 +256,7 @@ fn compare(source: &Scene, bundle: &mut Bundle, baking: &Baking, control: &Contr
     bundle.preview = encode(&picture, &scene.save_options())?;
     let bands = 0..reference.bands.len();
     let largest = |error: &dyn Fn(usize) -> f64| bands.clone().map(error).fold(0.0, f64::max);
-    bundle.errors = Errors {
+    bundle.errors.picture = Some(PictureErrors {
         size: [width, height],
         rms: largest(&|band| {
             let (squares, all) = summed(&reference, &picture, band, |a, b| ((a - b).powi(2), a * a));
@@ -262,8 +266,7 @@ fn compare(source: &Scene, bundle: &mut Bundle, baking: &Baking, control: &Contr
             let (difference, all) = summed(&reference, &picture, band, |a, b| (a - b, a));
             (difference / all).abs()
         }),
-        ..bundle.errors
-    };
+    });
     Ok(())
 }
 

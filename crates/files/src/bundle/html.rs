@@ -22,9 +22,14 @@ impl Bundle {
     /// If `page` is not the page of the explorer.
     pub fn html(&self, page: &str) -> Result<String> {
         let name = escaped(&self.name);
+        let preview = if self.preview.is_empty() {
+            String::new()
+        } else {
+            format!("<img id=\"preview\" alt=\"{name}\" src=\"data:image/jpeg;base64,{}\">", STANDARD.encode(&self.preview))
+        };
         let marks = [
             (TITLE, format!("<title>{name}</title>")),
-            (PREVIEW, format!("<img id=\"preview\" alt=\"{name}\" src=\"data:image/jpeg;base64,{}\">", STANDARD.encode(&self.preview))),
+            (PREVIEW, preview),
             (
                 SCENE,
                 format!(

@@ -20,6 +20,13 @@ pub struct Errors {
     pub voxels: usize,
     /// Voxels along the longest edge of the largest grid of the source.
     pub source_voxels: usize,
+    /// Errors of a picture, if one was compared.
+    pub picture: Option<PictureErrors>,
+}
+
+/// Errors of a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PictureErrors {
     /// Size of the pictures that were compared \[pixels\].
     pub size: [usize; 2],
     /// Root mean square difference of the pictures relative to their root mean square, the largest of all bands \[1\].
@@ -82,7 +89,6 @@ fn volume_row(volume: &Volume) -> Value {
 
 /// Text of a manifest.
 pub(super) fn written(name: &str, errors: &Errors, volumes: &[Volume], results: &[GivenResult], files: &[&str]) -> String {
-    let Errors { voxels, source_voxels, size, rms, total } = *errors;
     let result = |result: &GivenResult| {
         table(vec![
             ("key", Value::Text(result.key.clone())),
@@ -96,17 +102,14 @@ pub(super) fn written(name: &str, errors: &Errors, volumes: &[Volume], results: 
     root.insert("version", Value::Integer(VERSION));
     root.insert("program", Value::Text(format!("barnard {}", env!("CARGO_PKG_VERSION"))));
     root.insert("name", Value::Text(name.into()));
-    root.insert(
-        "errors",
-        table(vec![
-            ("rounding", Value::Number(ROUNDING)),
-            ("voxels", integer(voxels)),
-            ("source_voxels", integer(source_voxels)),
-            ("size", list(size.iter().map(|edge| integer(*edge)))),
-            ("rms", Value::Number(rms)),
-            ("total", Value::Number(total)),
-        ]),
-    );
+    let mut rows =
+        vec![("rounding", Value::Number(ROUNDING)), ("voxels", integer(errors.voxels)), ("source_voxels", integer(errors.source_voxels))];
+    if let Some(PictureErrors { size, rms, total }) = errors.picture {
+        rows.push(("size", list(size.iter().map(|edge| integer(*edge)))));
+        rows.push(("rms", Value::Number(rms)));
+        rows.push(("total", Value::Number(total)));
+    }
+    root.insert("errors", table(rows));
     root.insert("files", texts(files));
     root.insert("volume", list(volumes.iter().map(volume_row)));
     root.insert("result", list(results.iter().map(result)));
@@ -197,12 +200,12 @@ impl<'a> Rows<'a> {
 
     fn errors(&self) -> Result<Errors> {
         let count = |key| usize::try_from(self.integer(key)?).map_err(|_| self.wrong(key, "a whole number"));
+        let picture =
+            || Ok::<_, Error>(PictureErrors { size: self.counts("size")?, rms: self.number("rms")?, total: self.number("total")? });
         Ok(Errors {
             voxels: count("voxels")?,
             source_voxels: count("source_voxels")?,
-            size: self.counts("size")?,
-            rms: self.number("rms")?,
-            total: self.number("total")?,
+            picture: self.table.get("rms").map(|_| picture()).transpose()?,
         })
     }
 

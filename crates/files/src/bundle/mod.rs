@@ -31,7 +31,7 @@ use barnard::error::{Error, Result};
 use barnard::scene::Loader;
 
 pub use bake::{Baking, bake};
-pub use manifest::Errors;
+pub use manifest::{Errors, PictureErrors};
 use results::GivenResult;
 use volume::Volume;
 
