@@ -2,15 +2,15 @@
 //! does the job.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use barnard::Error;
 use barnard::backend::cpu::{self, Cpu};
-use barnard::backend::{Backend, BackendEntry, Device, DeviceUse, Job, Radiance};
+use barnard::backend::{Backend, BackendEntry, Device, DeviceUse, Job, Pending, Radiance};
 use barnard::control::Control;
 use barnard::plan::Plan;
 use barnard::plan::ordinates::Sweeper;
 use glam::DVec3;
+use web_time::Instant;
 
 use crate::device::{Gpu, adapters};
 use crate::error::{GpuError, Result};
@@ -97,43 +97,34 @@ impl OnDevice {
         Ok(())
     }
 
-    fn march(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
+    async fn march(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
         if self.taken.as_ref().is_none_or(|taken| !taken.is(plan)) {
             self.take(plan)?;
         }
         let renderer = self.renderer.as_mut().ok_or(GpuError::NoAdapter)?;
-        let (data, stats) = renderer.radiance(control)?;
+        let (data, stats) = renderer.radiance_async(control).await?;
         self.seconds = renderer.seconds();
         Ok(Radiance::single(data, stats))
     }
 
     /// Marches once; a device that gives up is opened once more, and has given up for good where it does not open.
-    fn march_again(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
-        match self.march(plan, control) {
+    async fn march_again(&mut self, plan: &Plan, control: &Control) -> Result<Radiance> {
+        match self.march(plan, control).await {
             Err(GpuError::Lost(why)) => {
                 self.warnings.push(format!("the device failed: {why}"));
                 (self.renderer, self.taken) = (None, None);
                 self.gpu = (self.reopen)().map_err(|_| GpuError::Lost(why))?;
-                self.march(plan, control)
+                self.march(plan, control).await
             }
             done => done,
         }
     }
-}
 
-impl Backend for OnDevice {
-    fn name(&self) -> String {
-        if self.lost.is_some() { "cpu".into() } else { self.gpu.name() }
-    }
-
-    fn unsupported(&self, job: &Job, control: &Control) -> barnard::Result<Option<String>> {
-        Ok(unable(job.plan(control)?, self.tuning).map(|e| e.to_string()))
-    }
-
-    fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
+    /// Light of a job: by the device, or by the processor once the device is lost.
+    async fn found(&mut self, job: &Job<'_>, control: &Control) -> barnard::Result<Radiance> {
         let plan = job.plan(control)?;
         if self.lost.is_none() {
-            match self.march_again(plan, control) {
+            match self.march_again(plan, control).await {
                 Err(GpuError::Lost(why)) => {
                     self.warnings.push(format!("the device failed: {why}"));
                     self.lost = Some(why);
@@ -150,6 +141,24 @@ impl Backend for OnDevice {
         }
         let (data, stats) = cpu::radiance(plan, control)?;
         Ok(Radiance::single(data, stats))
+    }
+}
+
+impl Backend for OnDevice {
+    fn name(&self) -> String {
+        if self.lost.is_some() { "cpu".into() } else { self.gpu.name() }
+    }
+
+    fn unsupported(&self, job: &Job, control: &Control) -> barnard::Result<Option<String>> {
+        Ok(unable(job.plan(control)?, self.tuning).map(|e| e.to_string()))
+    }
+
+    fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
+        pollster::block_on(self.found(job, control))
+    }
+
+    fn radiance_async<'a>(&'a mut self, job: &'a Job, control: &'a Control) -> Pending<'a> {
+        Box::pin(self.found(job, control))
     }
 
     fn device(&mut self) -> Option<&mut dyn Device> {
@@ -242,6 +251,17 @@ impl Auto {
             _ => &mut self.processor,
         })
     }
+
+    /// Light of a job. A device that cannot hold the job after all, whatever its limits said, leaves it to the processor.
+    async fn found(&mut self, job: &Job<'_>, control: &Control) -> barnard::Result<Radiance> {
+        match self.choose(job, control)?.radiance_async(job, control).await {
+            Err(error @ Error::Device(_)) if self.instead.is_none() => {
+                self.instead = Some(error.to_string());
+                self.processor.radiance(job, control)
+            }
+            done => done,
+        }
+    }
 }
 
 impl Backend for Auto {
@@ -249,15 +269,12 @@ impl Backend for Auto {
         self.chosen().name()
     }
 
-    /// A device that cannot hold the job after all, whatever its limits said, leaves it to the processor.
     fn radiance(&mut self, job: &Job, control: &Control) -> barnard::Result<Radiance> {
-        match self.choose(job, control)?.radiance(job, control) {
-            Err(error @ Error::Device(_)) if self.instead.is_none() => {
-                self.instead = Some(error.to_string());
-                self.processor.radiance(job, control)
-            }
-            done => done,
-        }
+        pollster::block_on(self.found(job, control))
+    }
+
+    fn radiance_async<'a>(&'a mut self, job: &'a Job, control: &'a Control) -> Pending<'a> {
+        Box::pin(self.found(job, control))
     }
 
     fn device(&mut self) -> Option<&mut dyn Device> {

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use crate::error::{GpuError, Result};
+use crate::signal::Signal;
 
 /// An adapter, as `barnard info` shows it.
 #[derive(Debug, Clone)]
@@ -79,7 +80,8 @@ fn found() -> Vec<wgpu::Adapter> {
 fn described(adapter: &wgpu::Adapter) -> Adapter {
     let (info, limits) = (adapter.get_info(), adapter.limits());
     Adapter {
-        name: info.name.clone(),
+        // Browsers hide names.
+        name: if info.name.is_empty() { "unnamed adapter".into() } else { info.name.clone() },
         api: info.backend.to_string(),
         real: !matches!(info.device_type, wgpu::DeviceType::Cpu),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
@@ -115,9 +117,25 @@ impl Gpu {
 
     fn opened(limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits) -> Result<Self> {
         let adapter = found().into_iter().next().ok_or(GpuError::NoAdapter)?;
-        let described = described(&adapter);
-        let descriptor = wgpu::DeviceDescriptor { required_limits: limits(&adapter), ..device_descriptor(&adapter) };
-        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        pollster::block_on(Self::of_adapter(&adapter, limits(&adapter)))
+    }
+
+    /// The device of a browser.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub async fn of_browser() -> Result<Self> {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = wgpu::Backends::BROWSER_WEBGPU;
+        let options = wgpu::RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
+        let adapter = wgpu::Instance::new(descriptor).request_adapter(&options).await.map_err(|_| GpuError::NoAdapter)?;
+        Self::of_adapter(&adapter, adapter.limits()).await
+    }
+
+    async fn of_adapter(adapter: &wgpu::Adapter, limits: wgpu::Limits) -> Result<Self> {
+        let described = described(adapter);
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..device_descriptor(adapter) };
+        let opened = adapter.request_device(&descriptor).await;
         let (device, queue) = opened.map_err(|e| GpuError::Device(described.name.clone(), e.to_string()))?;
         Ok(Self::on(described, device, queue))
     }
@@ -249,7 +267,24 @@ impl Gpu {
 
     /// Waits until what was submitted last is done.
     pub(crate) fn wait(&self) -> Result<()> {
+        pollster::block_on(self.done())
+    }
+
+    /// Completes once what was submitted last is done.
+    #[cfg(not(target_family = "wasm"))]
+    #[expect(clippy::unused_async, reason = "a browser has to await what other machines wait for")]
+    pub(crate) async fn done(&self) -> Result<()> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|e| GpuError::Lost(e.to_string()))
+    }
+
+    /// Completes once what was submitted last is done.
+    #[cfg(target_family = "wasm")]
+    pub(crate) async fn done(&self) -> Result<()> {
+        let done = Signal::new();
+        let set = done.clone();
+        self.queue.on_submitted_work_done(move || set.set(()));
+        done.await;
+        Ok(())
     }
 
     /// The first bytes of a buffer, by way of `back`, which grows as it must.
@@ -259,6 +294,17 @@ impl Gpu {
 
     /// Reads the first bytes of a buffer by way of `back`, which grows as it must; returns what `made` makes of them.
     pub(crate) fn read_as<T>(
+        &self,
+        from: &wgpu::Buffer,
+        bytes: u64,
+        back: &mut Option<wgpu::Buffer>,
+        made: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T> {
+        pollster::block_on(self.read_async(from, bytes, back, made))
+    }
+
+    /// Variant for callers that must not block.
+    pub(crate) async fn read_async<T>(
         &self,
         from: &wgpu::Buffer,
         bytes: u64,
@@ -276,11 +322,12 @@ impl Gpu {
         encoder.copy_buffer_to_buffer(from, 0, staging, 0, bytes);
         self.queue.submit([encoder.finish()]);
         let slice = staging.slice(..bytes);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        slice.map_async(wgpu::MapMode::Read, move |result| drop(sender.send(result)));
-        self.wait()?;
+        let mapped = Signal::new();
+        let set = mapped.clone();
+        slice.map_async(wgpu::MapMode::Read, move |result| set.set(result));
+        self.done().await?;
         self.check(bytes)?;
-        receiver.recv().map_err(lost)?.map_err(lost)?;
+        mapped.await.map_err(lost)?;
         let values = made(&slice.get_mapped_range().map_err(lost)?);
         staging.unmap();
         Ok(values)

@@ -28,6 +28,7 @@ mod resources;
 mod shader;
 mod shader_constants;
 mod shape;
+mod signal;
 mod sweep;
 mod tables;
 #[cfg(test)]

@@ -4,7 +4,6 @@
 //! the last shapes.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use barnard::backend::RenderStats;
 use barnard::control::{Control, Stage};
@@ -12,6 +11,7 @@ use barnard::image::Tone;
 use barnard::plan::Plan;
 use barnard::volume::{Channel, Volume};
 use glam::DVec3;
+use web_time::Instant;
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Result};
@@ -200,10 +200,11 @@ impl DeviceMarch {
         let height = self.buffers.rows;
         self.gpu.queue.write_buffer(&self.buffers.report, 0, &[0; REPORT_BYTES as usize]);
         let (mut dispatches, mut done) = (0, 0);
-        self.dispatch(Strip { first: 0, count: height }, &pass, &mut dispatches, control, |rows| {
+        let dispatched = self.dispatch(Strip { first: 0, count: height }, &pass, &mut dispatches, control, |rows| {
             done += rows;
             control.report(Stage::Rays, done as u64, height as u64);
-        })?;
+        });
+        pollster::block_on(dispatched)?;
         self.passes = number + 1;
         Ok(number)
     }
@@ -246,6 +247,14 @@ impl DeviceMarch {
     /// # Errors
     /// If the device gives up, or on interruption by the user.
     pub fn radiance(&mut self, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
+        pollster::block_on(self.radiance_async(control))
+    }
+
+    /// Variant of [`radiance`](Self::radiance) for callers that must not block.
+    ///
+    /// # Errors
+    /// Errors of [`radiance`](Self::radiance).
+    pub async fn radiance_async(&mut self, control: &Control) -> Result<(Vec<f32>, RenderStats)> {
         let [width, height, ..] = self.layout.frame.size.map(|n| n as usize);
         let (bands, rays) = (self.layout.shape.bands(), self.layout.supersampling.pow(2));
         let mut data = vec![0.0; bands * width * height];
@@ -256,22 +265,24 @@ impl DeviceMarch {
             let stored = Strip { first, count: self.buffers.rows.min(height - first) };
             for n in 0..rays {
                 let pass = Pass::supersampling(self.layout.supersampling, n);
-                self.dispatch(stored, &pass, &mut dispatches, control, |rows| {
+                let visit = |rows| {
                     done += rows;
                     control.report(Stage::Rays, done as u64, (rays * height) as u64);
-                })?;
+                };
+                self.dispatch(stored, &pass, &mut dispatches, control, visit).await?;
             }
             let bytes = 4 * (bands * stored.count * width) as u64;
-            self.gpu.read_as(&self.buffers.picture, bytes, &mut self.buffers.back, |values| {
+            let copy = |values: &[u8]| {
                 for (band, values) in values.chunks_exact(4 * stored.count * width).enumerate() {
                     let out = &mut data[band * width * height + first * width..][..stored.count * width];
                     bytemuck::cast_slice_mut(out).copy_from_slice(values);
                 }
-            })?;
+            };
+            self.gpu.read_async(&self.buffers.picture, bytes, &mut self.buffers.back, copy).await?;
         }
-        let [deepest, ..] = self.report()?;
+        let [deepest, ..] = self.report().await?;
         self.dispatches = dispatches;
-        self.seconds = self.device_seconds(dispatches)?;
+        self.seconds = self.device_seconds(dispatches).await?;
         let negative = data.iter().filter(|v| **v < 0.0).count() as u64;
         Ok((
             data,
@@ -304,12 +315,12 @@ impl DeviceMarch {
     }
 
     /// The largest depth, whether a ray paused, whether one did so too late.
-    fn report(&mut self) -> Result<[u32; 3]> {
-        Ok(bytemuck::pod_read_unaligned(&self.gpu.read(&self.buffers.report, REPORT_BYTES, &mut self.buffers.back)?))
+    async fn report(&mut self) -> Result<[u32; 3]> {
+        self.gpu.read_async(&self.buffers.report, REPORT_BYTES, &mut self.buffers.back, bytemuck::pod_read_unaligned).await
     }
 
     /// Renders the rows of `held`, some at a time; `visit` receives how many.
-    fn dispatch(
+    async fn dispatch(
         &mut self,
         stored: Strip,
         pass: &Pass,
@@ -329,10 +340,10 @@ impl DeviceMarch {
                 gpu.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
                 self.submit(rows as u32, *dispatches);
                 *dispatches += 1;
-                gpu.wait()?;
+                gpu.done().await?;
                 self.check()?;
                 rounds += 1;
-                resumed = self.pauses() == Pauses::Software && self.paused()?;
+                resumed = self.pauses() == Pauses::Software && self.paused().await?;
             }
             first += rows;
             visit(rows);
@@ -346,8 +357,8 @@ impl DeviceMarch {
     }
 
     /// True if any ray must go on.
-    fn paused(&mut self) -> Result<bool> {
-        let [_, paused, late] = self.report()?;
+    async fn paused(&mut self) -> Result<bool> {
+        let [_, paused, late] = self.report().await?;
         self.gpu.queue.write_buffer(&self.buffers.report, 4, &[0; 8]);
         if late > 0 {
             if self.patience == Patience::NONE {
@@ -383,9 +394,9 @@ impl DeviceMarch {
     }
 
     /// The time between the timestamps of a given number of dispatches [s].
-    fn device_seconds(&mut self, dispatches: usize) -> Result<Option<f64>> {
+    async fn device_seconds(&mut self, dispatches: usize) -> Result<Option<f64>> {
         let Some(times) = self.buffers.times.as_ref().filter(|_| dispatches <= TIMED) else { return Ok(None) };
-        let values = self.gpu.read(times, dispatches as u64 * TIMES, &mut self.buffers.back)?;
+        let values = self.gpu.read_async(times, dispatches as u64 * TIMES, &mut self.buffers.back, <[u8]>::to_vec).await?;
         Ok(Some(self.gpu.seconds(&values, TIMES as usize)))
     }
 

@@ -18,7 +18,7 @@ use barnard_files::formats::writer;
 use js_sys::{Array, Function, Object, Reflect, Uint8ClampedArray};
 use wasm_bindgen::prelude::{JsError, JsValue, wasm_bindgen};
 
-use crate::{files, progress, state};
+use crate::{device, files, progress, state};
 
 /// Most bytes of a plan: a browser gives four billion to all.
 const MEMORY_LIMIT: u64 = 2 << 30;
@@ -253,7 +253,7 @@ impl Explorer {
     ///
     /// # Errors
     /// If the size is none, or the scene cannot be rendered.
-    pub fn render(&mut self, width: u32, height: u32, moving: bool, show: &Function, heard: &Function) -> Result<()> {
+    pub async fn render(&mut self, width: u32, height: u32, moving: bool, show: Function, heard: Function) -> Result<()> {
         if !(1..=LARGEST).contains(&width) || !(1..=LARGEST).contains(&height) {
             return Err(failed(format!("a picture must have 1 to {LARGEST} pixels along each edge, not {width} x {height}")));
         }
@@ -267,14 +267,14 @@ impl Explorer {
             memory_limit: MEMORY_LIMIT,
         };
         let (shown, mut failure) = (&mut self.shown, None);
-        let control = progress::control(heard);
-        let served = self.studio.serve(&order, &control, &mut |quality, mut pictures| {
+        let control = progress::control(&heard);
+        let mut show_latest = |quality, mut pictures: Vec<Picture>| {
             if let Some(picture) = pictures.pop() {
                 failure = show.call1(&JsValue::NULL, &message(quality, &picture)).err();
                 *shown = Some(picture);
             }
-        });
-        served.map_err(failed)?;
+        };
+        self.studio.serve_async(&order, &control, &mut show_latest).await.map_err(failed)?;
         failure.map_or(Ok(()), |error| Err(failed(format!("the page could not show a picture: {error:?}"))))
     }
 
@@ -299,15 +299,18 @@ impl Explorer {
     }
 }
 
+/// Studio on the device of the browser, if it is open, otherwise on the processor.
+fn studio() -> Studio {
+    let mut studio = Studio::new(cpu::ENTRY, None, Control::default()).without_plates();
+    if let Some(device) = device::lent() {
+        studio.take(device);
+    }
+    studio
+}
+
 impl Explorer {
     fn of(document: Document) -> Self {
-        Self {
-            flight: Flight::of(document.scene()),
-            document,
-            studio: Studio::new(cpu::ENTRY, None, Control::default()).without_plates(),
-            exposure: 0,
-            shown: None,
-        }
+        Self { flight: Flight::of(document.scene()), document, studio: studio(), exposure: 0, shown: None }
     }
 
     /// Changes the document; the view follows its camera.

@@ -4,6 +4,7 @@
 //! the final one; it is ended where the scene changes before it is done, since a worker hears nothing while it computes.
 
 mod catalogue;
+mod device;
 mod explorer;
 mod files;
 mod panics;
@@ -11,6 +12,7 @@ mod progress;
 mod state;
 
 pub use catalogue::{catalogue, thumbnail};
+pub use device::open_device;
 pub use explorer::Explorer;
 pub use files::{give, needs};
 pub use panics::{catch_panics, last_panic};

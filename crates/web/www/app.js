@@ -9,6 +9,8 @@ const context = canvas.getContext("2d");
 const REST = 350;
 
 let module, quick, fine, fineName = null;
+/** Requested device: "cpu", "webgpu" (also in software), or null for a graphics processor if there is one. */
+let device = null;
 let state = null;
 /** Files that scenes may name, as steps of a worker. */
 const files = [];
@@ -120,7 +122,7 @@ async function finish() {
     if (!current()) return;
     tell({ text });
     if (!fine) {
-      fine = new Engine(module);
+      fine = new Engine(module, device);
       if (files.length) await fine.call(files);
       fineName = null;
     }

@@ -11,13 +11,13 @@ function fail(words) {
 
 /** A worker with an explorer, which answers calls in order. */
 class Engine {
-  constructor(module) {
+  constructor(module, device) {
     this.worker = new Worker(window.barnardWorker || "worker.js");
     this.waiting = new Map();
     this.number = 0;
     this.worker.onmessage = ({ data }) => this.hear(data);
     this.worker.onerror = (event) => fail("The engine stopped: " + (event.message || "it could not be loaded") + ". Reload the page.");
-    this.ready = this.call([["start", module]]);
+    this.ready = this.call([["start", module, device]]);
   }
 
   get isBusy() { return this.waiting.size > 0; }

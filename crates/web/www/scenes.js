@@ -154,13 +154,14 @@ async function start() {
   } catch (error) {
     throw new Error("this browser is too old: it lacks vector instructions of WebAssembly (" + error.message + ")");
   }
-  quick = new Engine(module);
+  const query = new URLSearchParams(location.search);
+  device = query.get("device");
+  quick = new Engine(module, device);
   await quick.ready;
   catalogue = await quick.call([["catalogue"]]);
   options($("filters"), catalogue.filters, "", "of the scene");
   options($("palette"), catalogue.palettes, "", "of the filters");
   options($("stretch"), catalogue.stretches, "");
-  const query = new URLSearchParams(location.search);
   if (window.barnardScene) open("bundle", window.barnardScene.name, window.barnardScene.bytes());
   else if (query.has("scene")) {
     const address = query.get("scene");

@@ -20,7 +20,10 @@ const hear = (stage, share) => {
 };
 
 const own = {
-  start: (module) => { wasm_bindgen.initSync({ module }); },
+  start: async (module, device) => {
+    wasm_bindgen.initSync({ module });
+    return device === "cpu" ? "" : wasm_bindgen.open_device(device === "webgpu");
+  },
   catalogue: () => JSON.parse(wasm_bindgen.catalogue()),
   give: (name, bytes) => wasm_bindgen.give(name, bytes),
   needs: (name) => wasm_bindgen.needs(name).split("\n").filter(Boolean),
@@ -39,11 +42,11 @@ function take(opened) {
   explorer = opened;
 }
 
-onmessage = ({ data: { id, steps } }) => {
+const answer = async ({ id, steps }) => {
   current = id;
   try {
     let result;
-    for (const [method, ...args] of steps) result = own[method] ? own[method](...args) : explorer[method](...args);
+    for (const [method, ...args] of steps) result = await (own[method] ? own[method](...args) : explorer[method](...args));
     postMessage({ id, result });
   } catch (error) {
     // A trap leaves the engine in no state to go on.
@@ -52,3 +55,7 @@ onmessage = ({ data: { id, steps } }) => {
     postMessage({ id, error: words, fatal });
   }
 };
+
+// A device has pictures done later: messages wait for each other.
+let queue = Promise.resolve();
+onmessage = ({ data }) => { queue = queue.then(() => answer(data)); };

@@ -14,6 +14,7 @@ pub mod reference;
 mod renderer;
 mod seen_detail;
 
+use std::pin::Pin;
 use std::sync::Arc;
 
 use spectra::SpectraError;
@@ -71,6 +72,9 @@ pub enum Input {
     },
 }
 
+/// Light that is being computed.
+pub type Pending<'a> = Pin<Box<dyn Future<Output = Result<Radiance>> + 'a>>;
+
 /// Method to find the light of a [`Job`].
 ///
 /// # Examples
@@ -122,6 +126,11 @@ pub trait Backend: Send {
     /// # Errors
     /// If the job cannot be planned or is not supported, and on interruption by the user.
     fn radiance(&mut self, job: &Job, control: &Control) -> Result<Radiance>;
+
+    /// Variant of [`radiance`](Self::radiance) for callers that must not block. Back ends on the processor are done at once.
+    fn radiance_async<'a>(&'a mut self, job: &'a Job, control: &'a Control) -> Pending<'a> {
+        Box::pin(std::future::ready(self.radiance(job, control)))
+    }
 
     /// The graphics device that it renders on.
     fn device(&mut self) -> Option<&mut dyn Device> {

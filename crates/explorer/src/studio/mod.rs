@@ -133,6 +133,14 @@ impl Studio {
     /// # Errors
     /// If a scene cannot be planned, and if `control` stops what is finer than a first look.
     pub fn serve(&mut self, order: &Order, control: &Control, show: &mut dyn FnMut(Refinement, Vec<Picture>)) -> Result<()> {
+        pollster::block_on(self.serve_async(order, control, show))
+    }
+
+    /// Variant of [`serve`](Self::serve) for callers that must not block.
+    ///
+    /// # Errors
+    /// Errors of [`serve`](Self::serve).
+    pub async fn serve_async(&mut self, order: &Order, control: &Control, show: &mut dyn FnMut(Refinement, Vec<Picture>)) -> Result<()> {
         let show = &mut |quality, mut pictures: Vec<Picture>| {
             if let ([ours, other], true) = (&mut pictures[..], order.difference) {
                 other.colours = Arc::new(ours.difference(other));
@@ -154,7 +162,7 @@ impl Studio {
         }
         if reached.is_none() {
             let quality = stage(scale);
-            show(quality, self.previews(order, scale, &self.closing.clone())?);
+            show(quality, self.previews(order, scale, &self.closing.clone()).await?);
             reached = Some(quality);
         }
         if order.moving {
@@ -163,14 +171,14 @@ impl Studio {
         while reached < Some(Refinement::Full) {
             scale = (scale / FINER).max(1.0);
             let quality = stage(scale);
-            show(quality, self.previews(order, scale, control)?);
+            show(quality, self.previews(order, scale, control).await?);
             reached = Some(quality);
         }
         if !order.settles {
             return Ok(());
         }
         if reached < Some(Refinement::Settled) {
-            let (pictures, failure) = self.all_settled(order, control)?;
+            let (pictures, failure) = self.all_settled(order, control).await?;
             show(Refinement::Settled, pictures);
             if let Some(failure) = failure {
                 return Err(failure);
@@ -180,12 +188,12 @@ impl Studio {
     }
 
     /// Final pictures of all views. One that cannot be recorded is shown as it is, with the reason.
-    fn all_settled(&mut self, order: &Order, control: &Control) -> Result<(Vec<Picture>, Option<Error>)> {
+    async fn all_settled(&mut self, order: &Order, control: &Control) -> Result<(Vec<Picture>, Option<Error>)> {
         let mut pictures: Vec<Picture> = Vec::new();
         let mut failure = None;
         for (i, view) in order.views.iter().enumerate() {
             let picture = match pictures.first().filter(|_| view.recorded) {
-                None => self.settled(i, view, order, control)?,
+                None => self.settled(i, view, order, control).await?,
                 Some(picture) => match picture.recorded(&view.scene, None, control) {
                     Ok(recorded) => recorded,
                     Err(Error::Interrupted) => return Err(Error::Interrupted),
@@ -302,11 +310,11 @@ impl Studio {
     }
 
     /// Quick pictures of all views with `scale` times fewer pixels each way.
-    fn previews(&mut self, order: &Order, scale: f64, control: &Control) -> Result<Vec<Picture>> {
+    async fn previews(&mut self, order: &Order, scale: f64, control: &Control) -> Result<Vec<Picture>> {
         let mut pictures: Vec<Picture> = Vec::new();
         for (i, view) in order.views.iter().enumerate() {
             let picture = match pictures.first().filter(|_| view.recorded) {
-                None => self.preview(i, view, order, scale, control)?,
+                None => self.preview(i, view, order, scale, control).await?,
                 Some(picture) => {
                     let picture_now = picture.clone();
                     self.stands[i].keep(view, &order.camera, stage(scale), &picture_now);
@@ -318,7 +326,7 @@ impl Studio {
         Ok(pictures)
     }
 
-    fn preview(&mut self, i: usize, view: &View, order: &Order, scale: f64, control: &Control) -> Result<Picture> {
+    async fn preview(&mut self, i: usize, view: &View, order: &Order, scale: f64, control: &Control) -> Result<Picture> {
         let camera = reduced(&order.camera, scale);
         let scene = seen(&view.scene, &camera);
         let options = self.options(order.memory_limit);
@@ -327,7 +335,7 @@ impl Studio {
         let plan = stand.previewed(view, &scene, &options, control)?.clone();
         let planned = start.elapsed().as_secs_f64();
         let backend = self.opener.backend_in(&mut stand.quick, &scene)?;
-        let Rendered { light, seconds, by } = rendered(backend, &Job::from(&plan), control)?;
+        let Rendered { light, seconds, by } = rendered(backend, &Job::from(&plan), control).await?;
         let times = Times { plan: planned, march: seconds, stars: 0.0, colours: 0.0 };
         let image = backend::described(&plan, light.samples)?;
         let tone = stand.exposure.tone(order.exposure, &scene.display, &image, false);
@@ -341,7 +349,7 @@ impl Studio {
     }
 
     /// The picture that `barnard render` writes.
-    fn settled(&mut self, i: usize, view: &View, order: &Order, control: &Control) -> Result<Picture> {
+    async fn settled(&mut self, i: usize, view: &View, order: &Order, control: &Control) -> Result<Picture> {
         let scene = seen(&view.scene, &order.camera);
         let options = self.options(order.memory_limit).with_cache(self.cache.clone());
         let stand = &mut self.stands[i];
@@ -352,7 +360,7 @@ impl Studio {
         let planned = start.elapsed().as_secs_f64();
         let job = Job::from(&plan);
         let backend = self.opener.backend_in(&mut stand.slow, &scene)?;
-        let Rendered { light, seconds, by } = rendered(backend, &job, control)?;
+        let Rendered { light, seconds, by } = rendered(backend, &job, control).await?;
         let start = Instant::now();
         let image = Renderer::new(backend).finish(&job, light, control)?;
         let times = Times { plan: planned, march: seconds, stars: start.elapsed().as_secs_f64(), colours: 0.0 };
@@ -414,9 +422,9 @@ struct Rendered {
 }
 
 /// The light of a job by a back end of one kind of plan, whose tables stay where it has them.
-fn rendered(backend: &mut dyn Backend, job: &Job, control: &Control) -> Result<Rendered> {
+async fn rendered(backend: &mut dyn Backend, job: &Job<'_>, control: &Control) -> Result<Rendered> {
     let start = Instant::now();
-    let light = backend.radiance(job, control)?;
+    let light = backend.radiance_async(job, control).await?;
     let by = match backend.device().and_then(|device| device.fallback()) {
         None => backend.name(),
         Some(why) => format!("{}, since {why}", backend.name()),
