@@ -21,6 +21,7 @@ html_theme = "furo"
 html_title = f"Barnard {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["live.js"]
 html_theme_options = {"source_directory": "docs/", "top_of_page_buttons": []}
 html_copy_source = False
 html_show_sphinx = False

@@ -2,6 +2,7 @@
 //! balance of its bands stay as they were while things move and settle again, so that brighter looks brighter and
 //! colours keep still.
 
+use barnard::Scene;
 use barnard::image::{Display, Image, Level, Tone};
 use spectra::colour::Palette;
 
@@ -71,6 +72,30 @@ impl Exposure {
     }
 }
 
+impl Exposure {
+    /// Levels of the latest settled picture: white, then the columns of the balanced palette. `None` if no picture has settled.
+    pub fn levels(&self, asked: u64) -> Option<Vec<f64>> {
+        let MeasuredTone { tone, .. } = self.tones.last().filter(|known| known.settled && known.asked == asked)?;
+        Some([tone.white].into_iter().chain(tone.palette.columns.as_flattened().iter().copied()).collect())
+    }
+
+    /// Takes [levels](Self::levels) of another exposure of the same scene; others are dropped.
+    pub fn take_levels(&mut self, asked: u64, scene: &Scene, levels: Option<&[f64]>) {
+        self.tones.clear();
+        let Some([white, columns @ ..]) = levels.filter(|levels| levels.len() == 1 + 3 * scene.bands.len()) else { return };
+        let (columns, _) = columns.as_chunks();
+        let Display { palette, balance, stretch, .. } = &scene.display;
+        self.tones.push(MeasuredTone {
+            asked,
+            bands: scene.bands.iter().map(|band| band.name().to_owned()).collect(),
+            palette: palette.clone(),
+            balance: *balance,
+            tone: Tone { palette: Palette { columns: columns.to_vec() }, black: 0.0, white: *white, stretch: *stretch },
+            settled: true,
+        });
+    }
+}
+
 impl MeasuredTone {
     /// True if little could be seen of a picture by these levels.
     fn is_off(&self, display: &Display, image: &Image) -> bool {
@@ -113,6 +138,18 @@ mod tests {
         let other = exposure.tone(1, &balanced, &image(15.0), true);
         assert_ne!(other.palette, display.palette, "bands are balanced anew");
         assert_eq!(exposure.tone(1, &display, &image(3.0), true).white, 10.0 * settled, "whoever goes back finds what was held");
+        let scene = Document::builtin("barres_neyret", 1 << 32).unwrap().scene().clone();
+        let mut other_exposure = Exposure::default();
+        let bands = scene.bands.iter().map(|band| band.name().to_owned()).collect();
+        let named = |level: f32| Image::bare(10, 10, bands, Samples::Single((0..300).map(|i| level * (1 + i % 100) as f32).collect()));
+        let measured = other_exposure.tone(0, &display, &named(2.0), true);
+        let levels = other_exposure.levels(0).unwrap();
+        assert_eq!((levels[0], levels.len(), other_exposure.levels(1)), (measured.white, 10, None));
+        let mut taking = Exposure::default();
+        taking.take_levels(3, &scene, Some(&levels));
+        assert_eq!(taking.levels(3).unwrap(), levels, "levels are handed over");
+        taking.take_levels(3, &scene, None);
+        assert_eq!(taking.levels(3), None);
         let display = Display { white: Level::Radiance(7.0), ..balanced };
         assert_eq!(exposure.tone(1, &display, &image(15.0), true), Tone { white: 7.0, ..other });
     }

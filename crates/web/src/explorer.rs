@@ -158,6 +158,17 @@ impl Explorer {
         self.changed(|document| document.apply(automatic))
     }
 
+    /// Levels of the latest final picture, if there is one since they were asked for: white, then columns of the palette.
+    #[must_use]
+    pub fn levels(&self) -> Option<Vec<f64>> {
+        self.studio.levels(self.exposure)
+    }
+
+    /// Shows pictures by levels of another explorer of this scene, or measures them anew.
+    pub fn take_levels(&mut self, levels: Option<Vec<f64>>) {
+        self.studio.take_levels(self.exposure, self.document.scene(), levels.as_deref());
+    }
+
     /// Makes the picture brighter by a number of stops.
     ///
     /// # Errors

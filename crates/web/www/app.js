@@ -134,8 +134,10 @@ async function finish() {
     const engine = fine;
     const seen = (picture) => current() && paint(picture, engine);
     const heard = (stage, share) => current() && progress(stage, share);
+    // Both workers show pictures by the levels of the first final one.
+    const levels = ["take_levels", await quick.call([["levels"]])];
     const render = ["render", width, height, false];
-    await engine.call([...open, ...(moment ? [["moment", moment]] : []), ["home"], render], seen, heard);
+    await engine.call([...open, ...(state.duration ? [["moment", moment]] : []), ["home"], levels, render], seen, heard);
     // Gas that is known roughly is shown in all pixels before it is computed exactly.
     if (state.rough && current()) {
       const voxels = await engine.call([["refine"]], seen, heard);
@@ -143,6 +145,7 @@ async function finish() {
       await engine.call([render], seen, heard);
       if (voxels && current()) status(`${$("status").textContent}, gas on ${voxels} voxels: a browser lacks the memory for more`);
     }
+    if (current()) await quick.call([["take_levels", await engine.call([["levels"]])]]);
   } catch (error) {
     if (current()) fail(error.message);
   }

@@ -5,6 +5,7 @@ if (typeof wasm_bindgen === "undefined") importScripts("barnard.js");
 
 let explorer = null;
 let current = 0;
+let memory = null;
 
 const show = (picture) => {
   const buffers = [picture.pixels.buffer];
@@ -21,7 +22,7 @@ const hear = (stage, share) => {
 
 const own = {
   start: async (module, device) => {
-    wasm_bindgen.initSync({ module });
+    ({ memory } = wasm_bindgen.initSync({ module }));
     return device === "cpu" ? "" : wasm_bindgen.open_device(device === "webgpu");
   },
   catalogue: () => JSON.parse(wasm_bindgen.catalogue()),
@@ -31,6 +32,8 @@ const own = {
   builtin: (name) => take(wasm_bindgen.Explorer.builtin(name)),
   bundle: (name, bytes) => take(wasm_bindgen.Explorer.bundle(name, bytes)),
   open: (name, text) => take(new wasm_bindgen.Explorer(name, text)),
+  /** Memory of the engine [bytes]. */
+  memory: () => memory.buffer.byteLength,
   state: () => JSON.parse(explorer.state()),
   probe: (x, y) => JSON.parse(explorer.probe(x, y)),
   refine: () => explorer.refine(hear),

@@ -112,6 +112,19 @@ impl Studio {
         self
     }
 
+    /// [Levels](Exposure::levels) of the first view; `asked` counts the requests for other ones.
+    pub fn levels(&self, asked: u64) -> Option<Vec<f64>> {
+        self.stands.first()?.exposure.levels(asked)
+    }
+
+    /// Shows the first view by levels of another studio with the same scene, or measures them anew.
+    pub fn take_levels(&mut self, asked: u64, scene: &Scene, levels: Option<&[f64]>) {
+        if self.stands.is_empty() {
+            self.stands.push(Stand::default());
+        }
+        self.stands[0].exposure.take_levels(asked, scene, levels);
+    }
+
     /// Has pictures rendered on a device from now on.
     pub fn take(&mut self, device: LentDevice) {
         self.opener.device = Some(device);
