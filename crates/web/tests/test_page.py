@@ -1,12 +1,16 @@
 """The page in a real browser."""
 
 import io
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pictured import await_picture, change, pictures, pixels
 
 fits = pytest.importorskip("astropy.io.fits")
+#: Texts of built-in scenes.
+SCENES = Path(__file__).parents[2] / "files" / "scenes"
 
 
 def test_a_scene_is_painted_dragged_and_recoloured(page, address):
@@ -76,6 +80,9 @@ def test_all_built_in_scenes_are_shown(page, address):
         page.click(f"#scenes button:has-text('{name}')")
         await_picture(page, after=count)
         page.wait_for_function("name => new URLSearchParams(location.search).get('builtin') === name", arg=name)
+        # The title is the name that the scene's own text states.
+        title = tomllib.loads((SCENES / f"{name}.toml").read_text())["name"]
+        page.wait_for_function("title => document.title.startsWith(title)", arg=title)
         assert page.is_hidden("#problem"), page.text_content("#problem")
         assert pixels(page)[..., :3].max() > 40, name
 
