@@ -135,8 +135,10 @@ impl SceneArgs {
         let file = match (&self.scene, &self.builtin) {
             (_, Some(name)) => barnard_files::builtin::open_with(name, &changes, memory_limit, prepared)?,
             // "-" is the standard input, as other programs have it.
-            (Some(path), None) if path.as_os_str() == "-" => SceneFile::open_with("/dev/stdin".as_ref(), &changes, memory_limit, prepared)?,
-            (Some(path), None) => SceneFile::open_with(path, &changes, memory_limit, prepared)?,
+            (Some(path), None) if path.as_os_str() == "-" => {
+                barnard_files::open_with("/dev/stdin".as_ref(), &changes, memory_limit, prepared)?
+            }
+            (Some(path), None) => barnard_files::open_with(path, &changes, memory_limit, prepared)?,
             (None, None) => bail!("a scene is required; give a file, or --builtin NAME"),
         };
         control.check()?;

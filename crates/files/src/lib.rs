@@ -15,6 +15,7 @@ pub mod columns;
 pub mod film;
 pub mod formats;
 mod manual;
+mod opened;
 mod paths;
 pub mod plates;
 mod scene;
@@ -24,7 +25,8 @@ pub mod toml;
 
 pub use formats::SaveImage;
 pub use manual::manual;
-pub use scene::{Change, SceneFile, in_folder, load, load_by, parse, read_text};
+pub use opened::{load, load_by, open_with};
+pub use scene::{Change, SceneFile, in_folder, parse, read_text};
 pub use source::{SceneFiles, read_limited};
 
 /// Error text of a file format that this build lacks.

@@ -9,7 +9,6 @@ use barnard::properties::{Table, Value};
 use barnard::scene::{Loader, Provenance, Scene};
 use barnard::sequence::Sequence;
 
-use crate::bundle::Bundle;
 use crate::source::{SceneFiles, is_stream, read_limited};
 use crate::toml;
 
@@ -51,7 +50,7 @@ impl SceneFile {
     /// Reads the scene file at `path` by a loader that was `prepared`; arrays may take `memory_limit` bytes each.
     ///
     /// # Errors
-    /// Errors of [`load_by`].
+    /// If the file cannot be read or is no scene, and on interruption by the user; the error states file, line and key.
     pub fn open(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
         Self::open_with(path, &[], memory_limit, prepared)
     }
@@ -59,15 +58,8 @@ impl SceneFile {
     /// Variant with other values of some keys, such as "star\[0\].temperature", in place of the file's.
     ///
     /// # Errors
-    /// Errors of [`load_by`], and if the scene can have no such key.
+    /// Errors of [`open`](Self::open), and if the scene can have no such key.
     pub fn open_with(path: &Path, changes: &[Change], memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Self> {
-        if Bundle::is_named_by(path) {
-            let bundle = Bundle::open(path, memory_limit)?;
-            let mut file = bundle.scene_with(&path.display().to_string(), changes, memory_limit, prepared)?;
-            let provenance = file.scene.provenance.clone().map(|provenance| Provenance { files: vec![path.to_owned()], ..provenance });
-            file.scene = file.scene.with_provenance(provenance);
-            return Ok(file);
-        }
         let text = read_text(path)?;
         // What a scene from a pipe names is in the working folder.
         let (folder, stem) = if is_stream(path) { (None, Some("scene".as_ref())) } else { (path.parent(), path.file_stem()) };
@@ -84,7 +76,7 @@ impl SceneFile {
     /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
     ///
     /// # Errors
-    /// Errors of [`load_by`].
+    /// Errors of [`open`](Self::open).
     pub fn parse(file: &str, name: &str, text: String, loader: Loader) -> Result<Self> {
         Self::parse_with(file, name, text, &[], loader)
     }
@@ -131,22 +123,6 @@ impl SceneFile {
     }
 }
 
-/// Reads the scene file at `path`; arrays may take `memory_limit` bytes each.
-///
-/// # Errors
-/// If the file cannot be read or is no scene; the error states file, line and key.
-pub fn load(path: &Path, memory_limit: u64) -> Result<Scene> {
-    load_by(path, memory_limit, Loader::clone)
-}
-
-/// Variant by a loader that was `prepared`, with a control for progress and interruption, or with a device.
-///
-/// # Errors
-/// Errors of [`load`], and on interruption by the user.
-pub fn load_by(path: &Path, memory_limit: u64, prepared: impl FnOnce(&Loader) -> Loader) -> Result<Scene> {
-    Ok(SceneFile::open(path, memory_limit, prepared)?.scene)
-}
-
 /// The text of the scene file at `path`.
 ///
 /// # Errors
@@ -159,7 +135,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// Reads a scene from its text; `file` is its name in messages, `name` the scene's default name.
 ///
 /// # Errors
-/// Errors of [`load`].
+/// Errors of [`SceneFile::open`].
 pub fn parse(file: &str, name: &str, text: String, loader: &Loader) -> Result<Scene> {
     Ok(SceneFile::parse(file, name, text, loader.clone())?.scene)
 }

@@ -131,7 +131,7 @@ fn bundles_are_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cloud.barnard");
     bundle.save(&path).unwrap();
-    let scene = SceneFile::open(&path, LIMIT, Loader::clone).unwrap().scene;
+    let scene = barnard_files::load(&path, LIMIT).unwrap();
     assert_eq!(scene.provenance.as_ref().unwrap().files, [path]);
     let small = bake(file, &Baking { bytes: 5_000, options: Options::within(LIMIT), compares: true }, &Control::default());
     let message = small.unwrap_err().to_string();
