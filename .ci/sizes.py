@@ -6,12 +6,12 @@ import sys
 
 ROOT = pathlib.Path(__file__).parent.parent
 # Crates that `cargo run --release` compiles, Barnard's own among them.
-MOST_CRATES = 158
+MOST_CRATES = 159
 MOST_LINES = 450
 # Longer files and their lines: split them, then lower or delete their row.
 LONGER = {
     "crates/files/tests/inputs.rs": 710,  # one table of damaged inputs per reader
-    "python/barnard/scene.py": 575,  # scene and its operations
+    "python/barnard/scene.py": 558,  # scene and its operations
     "python/barnard/tables.py": 3908,  # generated from the catalogues
     "python/tests/test_inputs.py": 525,  # one table of inputs per reader
     "python/tests/test_instrument.py": 472,  # instruments and exposures

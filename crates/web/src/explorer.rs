@@ -25,6 +25,8 @@ const MEMORY_LIMIT: u64 = 2 << 30;
 /// Voxels along the longest edge of gas that takes too much memory: tried at first, and at least.
 const MOST_VOXELS: u32 = 288;
 const LEAST_VOXELS: u32 = 64;
+/// Numbers below are whole without loss.
+const WHOLE: f64 = 9e15;
 /// Most pixels along an edge of a picture.
 const LARGEST: u32 = 8192;
 
@@ -110,6 +112,8 @@ impl Explorer {
     /// Errors of `barnard check`; nothing is changed then.
     pub fn set(&mut self, place: &str, key: &str, value: &JsValue) -> Result<()> {
         let edit = match (value.as_f64(), value.as_bool(), value.as_string()) {
+            // Keys of whole numbers take no fractions, and JavaScript does not tell them apart.
+            (Some(number), _, _) if number.fract() == 0.0 && number.abs() < WHOLE => Edit::set(place, key, number as i64),
             (Some(number), _, _) => Edit::set(place, key, number),
             (_, Some(flag), _) => Edit::set(place, key, flag),
             (_, _, Some(text)) => Edit::set(place, key, text),

@@ -8,8 +8,9 @@ use barnard_explorer::probe::Probed;
 use serde_json::{Value, json};
 use toml_edit::Item;
 
-/// Keys of a star that the page changes.
+/// Keys of a star and of the gas that the page changes.
 const STAR_KEYS: [&str; 4] = ["name", "temperature", "luminosity", "position"];
+const GAS_KEYS: [&str; 3] = ["density", "voxels", "temperature"];
 
 /// A scene as the page shows it.
 pub fn scene(document: &Document) -> Value {
@@ -18,9 +19,9 @@ pub fn scene(document: &Document) -> Value {
         let item = table(document.toml().as_table(), place).and_then(|table| table.get(key)).and_then(Item::as_value);
         item.map(|value| value.as_str().map_or_else(|| value.to_string().trim().to_owned(), str::to_owned))
     };
-    let star = |number: usize| -> Value {
-        STAR_KEYS.iter().filter_map(|key| Some((key.to_string(), json!(text(&format!("star.{number}"), key)?)))).collect()
-    };
+    let texts =
+        |place: &str, keys: &[&str]| -> Value { keys.iter().filter_map(|key| Some((key.to_string(), json!(text(place, key)?)))).collect() };
+    let star = |number: usize| texts(&format!("star.{number}"), &STAR_KEYS);
     json!({
         "name": scene.name,
         "description": scene.description,
@@ -33,6 +34,7 @@ pub fn scene(document: &Document) -> Value {
         "dust": text("dust", "scale"),
         "albedo": text("dust", "albedo"),
         "stars": (0..document.stars().len()).map(star).collect::<Vec<_>>(),
+        "gas": scene.gas.as_ref().map(|_| texts("gas", &GAS_KEYS)),
         "bookmarks": scene.bookmarks.keys().collect::<Vec<_>>(),
         "duration": scene.timeline.as_ref().map(|timeline| timeline.frames.time(timeline.frames.last())),
         "rough": document.is_rough(),

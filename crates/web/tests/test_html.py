@@ -97,6 +97,27 @@ def test_changed_gas_is_solved_in_the_page(page, folder):
     assert np.abs(before.astype(int) - after).mean() > 1
 
 
+def test_other_gas_is_solved_in_the_page(page, folder):
+    page.goto((folder / "gas.html").as_uri())
+
+    def denser():
+        page.fill("#gas-density", f"3 * {page.input_value('#gas-density')}")
+        page.dispatch_event("#gas-density", "change")
+
+    await_picture(page, "final")
+    before, after = change(page, denser)
+    assert page.is_hidden("#problem"), page.text_content("#problem")
+    assert np.abs(before.astype(int) - after).mean() > 1
+
+    def wrong():
+        page.fill("#gas-density", "3 * nothing")
+        page.dispatch_event("#gas-density", "change")
+
+    wrong()
+    page.wait_for_selector("#problem:not([hidden])")
+    assert "nothing" in page.text_content("#problem")
+
+
 def test_packed_scenes_are_opened(page, address, folder):
     page.goto(address)
     await_picture(page)

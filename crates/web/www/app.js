@@ -159,6 +159,7 @@ function options(select, rows, value, first) {
   select.value = value || "";
 }
 
+const GAS_KEYS = ["density", "voxels", "temperature"];
 let catalogue = null;
 let dustHome = null;
 let moment = 0;
@@ -185,6 +186,8 @@ function take(next) {
     $(key).value = state.stars[star]?.[key] || "";
     $(key).disabled = !state.stars[star]?.[key];
   }
+  $("gas-set").hidden = !state.gas;
+  for (const key of GAS_KEYS) $(`gas-${key}`).value = state.gas?.[key] || "";
   $("bookmarks").replaceChildren(...state.bookmarks.map((name) => {
     const button = Object.assign(document.createElement("button"), { type: "button", textContent: name, title: `Go to bookmark ${name}` });
     button.onclick = () => act(["bookmark", name]);
@@ -218,6 +221,9 @@ $("dust").oninput = () => {
 $("star").onchange = () => take(state);
 for (const key of ["temperature", "luminosity", "position"]) {
   $(key).onchange = () => edit(`star.${$("star").value}`, key, $(key).value);
+}
+for (const key of GAS_KEYS) {
+  $(`gas-${key}`).onchange = ({ target: { value } }) => edit("gas", key, key === "voxels" && value ? Number(value) : value || null);
 }
 for (const slider of ["strength", "dust"]) $(slider).addEventListener("change", () => act(["rest"]));
 $("home").onclick = () => act(["home"]);
