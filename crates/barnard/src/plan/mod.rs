@@ -79,6 +79,8 @@ pub struct Plan {
     pub(crate) shining: Option<Arc<[bool]>>,
 }
 
+/// Angle that a camera may turn around the scene before scattered light is seen anew in a preview \[rad\].
+const PREVIEW_ANGLE: f64 = 0.04;
 /// Samples between looks at whether a ray can end.
 pub const END_EVERY: usize = 8;
 /// The light that an ended ray may leave behind it, as a part of the accuracy.
@@ -184,7 +186,8 @@ impl Plan {
     pub(crate) fn look_from(&mut self, camera: Camera, control: &Control) -> Result<()> {
         camera.check()?;
         if let Some(scattered_field) = &self.scattered_field {
-            self.scattered_field = Some(scattered_field.seen_by(&camera, control)?);
+            let angle = if self.sources == Sources::PREVIEW { PREVIEW_ANGLE } else { 0.0 };
+            self.scattered_field = Some(scattered_field.seen_by(&camera, angle, control)?);
         }
         self.camera = camera;
         Ok(())

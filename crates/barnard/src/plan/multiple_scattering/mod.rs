@@ -155,13 +155,14 @@ impl MultipleScattering {
         a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| Arc::ptr_eq(a, b))
     }
 
-    /// Copy of the field as `camera` sees it; the same volumes where that sees the same directions.
+    /// Copy of the field as `camera` sees it; the same volumes where that sees the same directions within an angle \[rad\].
     ///
     /// # Errors
     /// On interruption by the user.
-    pub fn seen_by(self: &Arc<Self>, camera: &Camera, control: &Control) -> Result<Arc<Self>> {
+    pub fn seen_by(self: &Arc<Self>, camera: &Camera, angle: f64, control: &Control) -> Result<Arc<Self>> {
         let view = Viewpoint::of(camera);
-        if view == self.view {
+        let bounds = self.field.finest().cells.lattice.bounds;
+        if view == self.view || view.is_near(self.view, 0.5 * (bounds.low + bounds.high), angle) {
             return Ok(self.clone());
         }
         let seen = self.field.far_field(view, control)?;
