@@ -6,7 +6,7 @@
 //! | `scene.toml` | the scene, whose densities are volumes of the archive |
 //! | `source.toml` | the scene that it was made from |
 //! | `preview.jpg` | a picture, shown until the first one is computed |
-//! | `volumes/*` | [volumes](volume) |
+//! | `volumes/*` | densities as floats of a few bits |
 //! | `records/*` | volumes of the solution of the gas |
 //! | `files/*` | other files that the scene names, unchanged |
 //!
